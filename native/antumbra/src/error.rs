@@ -1,0 +1,53 @@
+//! Everything that can be wrong with what the caller handed in, each naming the object and the index.
+
+use thiserror::Error;
+
+/// Why a bake was refused or ended early. The caller's data is never changed by a failed bake.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "each field's name and the message of its variant say what it is")]
+pub enum Error {
+    /// A vertex coordinate is NaN or infinite.
+    #[error("object “{object}”: vertex {vertex} has a coordinate that is not finite")]
+    VertexNotFinite { object: String, vertex: usize },
+    /// A corner normal is NaN or infinite.
+    #[error("object “{object}”: the normal of corner {corner} is not finite")]
+    NormalNotFinite { object: String, corner: usize },
+    /// The object-to-world matrix holds NaN or infinity.
+    #[error("object “{object}”: its transform is not finite")]
+    TransformNotFinite { object: String },
+    /// A triangle names a vertex that is not there.
+    #[error(
+        "object “{object}”: triangle {triangle} refers to vertex {vertex}, but there are only {vertices}"
+    )]
+    VertexOutOfRange { object: String, triangle: usize, vertex: u32, vertices: usize },
+    /// A triangle names a material that is not there.
+    #[error(
+        "object “{object}”: triangle {triangle} refers to material {material}, but there are only {materials}"
+    )]
+    MaterialOutOfRange { object: String, triangle: usize, material: u32, materials: usize },
+    /// Two arrays that must go together do not.
+    #[error("object “{object}”: {array} has {got} entries, expected {expected}")]
+    LengthMismatch { object: String, array: &'static str, got: usize, expected: usize },
+    /// A reflectance outside 0..1 would create light.
+    #[error("material “{material}”: reflectance {value} ({channel}) is outside 0 to 1")]
+    ReflectanceOutOfRange { material: String, channel: &'static str, value: f64 },
+    /// An emission that is NaN, infinite or, for a surface, negative.
+    #[error("material “{material}”: emission {value} ({channel}) is not a finite number of at least 0")]
+    ExitanceInvalid { material: String, channel: &'static str, value: f64 },
+    /// A light's emission is NaN or infinite.
+    #[error("light “{light}”: its strength is not finite")]
+    LightNotFinite { light: String },
+    /// Nothing in the scene sends light.
+    #[error("nothing in the scene sends light: add an area light or give a material an emission")]
+    NoLight,
+    /// No object was marked to receive light, or none of them has a face with area.
+    #[error("there is no surface to bake: no receiving object has a face with area")]
+    NoReceiver,
+    /// A setting outside its range.
+    #[error("setting {name} = {value}: {reason}")]
+    InvalidSetting { name: &'static str, value: String, reason: &'static str },
+    /// The caller asked to cancel.
+    #[error("the bake was cancelled")]
+    Cancelled,
+}

@@ -1,0 +1,23 @@
+//! Radiosity on a mesh that is refined where the light needs it.
+//!
+//! Implements W. Stürzlinger, *Adaptive Mesh Refinement with Discontinuities for the Radiosity Method* (1994),
+//! called "the paper" throughout. The solver knows neither Python nor Blender: a [`scene::SceneInput`] goes in,
+//! a [`weld::Bake`] comes out.
+//!
+//! Data flows one way; only `solve` loops:
+//!
+//! ```text
+//! scene → visibility → mesh → transport → adapt → weld → report
+//! ```
+//!
+//! Units: metres, W/m² (radiosity `B`, irradiance `H`, exitance `E`), `B = E + rho·H` per colour channel; a diffuse
+//! surface's outgoing radiance is `B/pi`.
+
+pub mod error;
+pub mod monitor;
+pub mod report;
+pub mod scene;
+pub mod settings;
+pub mod weld;
+
+pub use error::Error;

@@ -1,0 +1,100 @@
+//! The thread-safe window through which a caller watches, stops or cancels a bake.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use crate::error::Error;
+
+/// What the solver is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stage {
+    /// Validating the scene and building the search tree.
+    #[default]
+    Preparing,
+    /// Shooting light and refining the mesh.
+    Shooting,
+    /// Anchoring the mesh and collecting its colours.
+    Welding,
+    /// The result is ready.
+    Done,
+}
+
+impl Stage {
+    /// A short lower-case English name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Preparing => "preparing",
+            Self::Shooting => "shooting light",
+            Self::Welding => "welding",
+            Self::Done => "done",
+        }
+    }
+}
+
+/// A snapshot of how far a bake has come.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Progress {
+    /// What the solver is doing.
+    pub stage: Stage,
+    /// Share of the expected work that is done, 0 to 1, over all stages.
+    pub fraction: f64,
+    /// Shots so far.
+    pub shots: usize,
+    /// Leaf elements of the mesh.
+    pub elements: usize,
+    /// Share of the emitted light that has not been distributed yet.
+    pub unshot: f64,
+}
+
+const RUN: u8 = 0;
+const STOP: u8 = 1;
+const CANCEL: u8 = 2;
+
+/// Shared between the solving thread and its caller.
+#[derive(Debug, Default)]
+pub struct Monitor {
+    wish: AtomicU8,
+    progress: Mutex<Progress>,
+}
+
+impl Monitor {
+    /// A monitor for one bake.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Asks the solver to give up; the bake then returns [`Error::Cancelled`].
+    pub fn cancel(&self) {
+        self.wish.store(CANCEL, Ordering::Relaxed);
+    }
+
+    /// Asks the solver to finish with what it has; the bake is a result like any other.
+    pub fn stop(&self) {
+        // A cancelled bake stays cancelled.
+        let _ = self.wish.compare_exchange(RUN, STOP, Ordering::Relaxed, Ordering::Relaxed);
+    }
+
+    /// The latest snapshot.
+    ///
+    /// # Panics
+    /// Never in practice: no code panics while it holds the lock.
+    pub fn progress(&self) -> Progress {
+        *self.progress.lock().expect("nothing panics under this lock; this is a bug in antumbra")
+    }
+
+    pub(crate) fn report(&self, progress: Progress) {
+        *self.progress.lock().expect("nothing panics under this lock; this is a bug in antumbra") = progress;
+    }
+
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.wish.load(Ordering::Relaxed) == CANCEL
+    }
+
+    pub(crate) fn wants_end(&self) -> bool {
+        self.wish.load(Ordering::Relaxed) != RUN
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if self.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+    }
+}

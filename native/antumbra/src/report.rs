@@ -1,0 +1,66 @@
+//! What a bake took and what it is worth, for REPORT.json.
+
+use serde::Serialize;
+
+/// Version of the report's format; raised whenever a field changes its meaning.
+pub const REPORT_VERSION: u32 = 1;
+
+/// Everything the solver says about one bake. Serialises to the `scene`, `timings`, `timeline`, `result` and
+/// `warnings` parts of REPORT.json.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Report {
+    /// What came in.
+    pub scene: SceneSummary,
+    /// Where the time went.
+    pub timings: Timings,
+    /// One entry per iteration of the solver.
+    pub timeline: Vec<Iteration>,
+    /// What came out.
+    pub result: ResultSummary,
+    /// What the user should know, one clear sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Counts of the input.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct SceneSummary {
+    /// Mesh objects.
+    pub objects: usize,
+    /// Source triangles.
+    pub triangles: usize,
+    /// Area lights and emitting surfaces.
+    pub lights: usize,
+}
+
+/// Seconds.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Timings {
+    /// Wall-clock time of the solver.
+    pub solve_s: f64,
+}
+
+/// The state after one iteration.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Iteration {
+    /// Wall-clock seconds since the solver started.
+    pub time_s: f64,
+    /// Shots so far.
+    pub shots: usize,
+    /// Leaf elements.
+    pub elements: usize,
+    /// Vertices of the mesh.
+    pub vertices: usize,
+    /// Share of the emitted light that has not been distributed yet.
+    pub unshot: f64,
+}
+
+/// Counts of the output.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ResultSummary {
+    /// Baked triangles.
+    pub triangles: usize,
+    /// Baked vertices.
+    pub vertices: usize,
+    /// Why the solver ended: `"converged"`, `"time_limit"`, `"triangle_budget"` or `"stopped"`.
+    pub ended_by: String,
+}

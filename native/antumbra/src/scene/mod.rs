@@ -1,0 +1,55 @@
+//! What the caller hands in.
+
+use glam::{DMat4, DVec3};
+
+/// A whole scene: everything that lights, shadows, reflects or receives.
+#[derive(Debug, Clone, Default)]
+pub struct SceneInput {
+    /// Surface materials; triangles refer to them by index.
+    pub materials: Vec<MaterialInput>,
+    /// Mesh objects. Every one blocks and reflects; those with `receives` are baked.
+    pub objects: Vec<ObjectInput>,
+    /// Lights that are not meshes.
+    pub lights: Vec<AreaLightInput>,
+}
+
+/// A diffuse surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialInput {
+    /// For messages.
+    pub name: String,
+    /// Reflectance per channel, 0 to 1, scene-linear.
+    pub reflectance_rgb: [f64; 3],
+    /// Exitance `pi·L` per channel in W/m², on both sides of the surface.
+    pub exitance_rgb: [f64; 3],
+}
+
+/// A triangle mesh in its own space.
+#[derive(Debug, Clone)]
+pub struct ObjectInput {
+    /// For messages.
+    pub name: String,
+    /// Vertices in object space, metres.
+    pub positions: Vec<DVec3>,
+    /// Affine transform; may mirror.
+    pub world_from_object: DMat4,
+    /// Corner vertices, counter-clockwise seen from the front in object space.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`SceneInput::materials`], one per triangle.
+    pub triangle_materials: Vec<u32>,
+    /// Shading normals in object space, three per triangle; `None` shades every triangle flat.
+    pub corner_normals: Option<Vec<[DVec3; 3]>>,
+    /// Whether this object is baked.
+    pub receives: bool,
+}
+
+/// A flat light that does not block and sends light to one side.
+#[derive(Debug, Clone)]
+pub struct AreaLightInput {
+    /// For messages.
+    pub name: String,
+    /// A convex outline in world space, metres, counter-clockwise seen from the lit side.
+    pub outline: Vec<DVec3>,
+    /// Exitance `pi·L` per channel in W/m²; may be negative, as in Blender.
+    pub exitance_rgb: [f64; 3],
+}

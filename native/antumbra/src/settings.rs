@@ -1,0 +1,88 @@
+//! What the user can choose. The names are those of the add-on and of the command line.
+
+use serde::Serialize;
+
+use crate::error::Error;
+
+/// How the mesh is refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum Method {
+    /// Every face is cut to the same size: the baseline.
+    Uniform,
+    /// Adaptive subdivision by differences at the vertices (the paper, §2.2).
+    As,
+}
+
+/// What the colour attribute holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum Quantity {
+    /// Outgoing radiance `B/pi`, emission included.
+    Radiosity,
+    /// `H/pi`: what a white surface would send.
+    Irradiance,
+}
+
+/// Settings of one bake.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Settings {
+    /// How the mesh is refined.
+    pub method: Method,
+    /// Wanted rms error, relative to the mean radiosity of the baked surfaces.
+    pub tolerance: f64,
+    /// Largest edge of an element before any refinement, in metres; 0 lets the solver choose.
+    pub element_size: f64,
+    /// How many times an element may be subdivided by the light on it.
+    pub max_level: u32,
+    /// More blockers than this on one element subdivide it instead of drawing their boundaries (the paper, §3.2, 5a).
+    pub max_blockers: u32,
+    /// Wall-clock seconds after which the solver finishes what it has; 0 means none.
+    pub time_limit: f64,
+    /// Most triangles in the baked mesh; 0 means no limit.
+    pub triangle_budget: u64,
+    /// What the colour attribute holds.
+    pub quantity: Quantity,
+    /// Worker threads; 0 takes one per core. The result does not depend on it.
+    pub threads: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: Method::As,
+            tolerance: 0.01,
+            element_size: 0.0,
+            max_level: 8,
+            max_blockers: 4,
+            time_limit: 0.0,
+            triangle_budget: 0,
+            quantity: Quantity::Radiosity,
+            threads: 0,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks every value against its range.
+    ///
+    /// # Errors
+    /// [`Error::InvalidSetting`] names the first setting out of range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let refuse =
+            |name, value: f64, reason| Err(Error::InvalidSetting { name, value: value.to_string(), reason });
+        if !(1e-6..=1.0).contains(&self.tolerance) {
+            return refuse("tolerance", self.tolerance, "must be between 0.000001 and 1");
+        }
+        if !(self.element_size >= 0.0 && self.element_size.is_finite()) {
+            return refuse("element_size", self.element_size, "must be 0 (automatic) or a length in metres");
+        }
+        if self.max_level > 16 {
+            return refuse("max_level", f64::from(self.max_level), "must be at most 16");
+        }
+        if !(self.time_limit >= 0.0 && self.time_limit.is_finite()) {
+            return refuse("time_limit", self.time_limit, "must be 0 (none) or a number of seconds");
+        }
+        Ok(())
+    }
+}
