@@ -18,6 +18,7 @@ pub mod monitor;
 pub mod report;
 pub mod scene;
 pub mod settings;
+pub mod visibility;
 pub mod weld;
 
 pub use error::Error;
