@@ -58,8 +58,8 @@ pub(crate) fn run(options: &Options) -> Outcome {
     };
 
     // A file of an earlier bake must not pass for this one's.
-    let written =
-        [output.clone(), output.with_extension("glb"), output.with_extension("png"), report.clone()];
+    let (glb, picture) = (output.with_extension("glb"), output.with_extension("png"));
+    let written = [output, glb, picture, report];
     for file in &written {
         if *file == scene {
             return Err(Failure::Input(format!("{} would be written over", scene.display())));
@@ -69,10 +69,11 @@ pub(crate) fn run(options: &Options) -> Outcome {
             fs::remove_file(file).map_err(Failure::file(file))?;
         }
     }
+    let [output, glb, picture, report] = &written;
 
     println!("Baking {}", scene.display());
     let mut bake = host.antumbra(&scene);
-    bake.arg("--output").arg(&output).arg("--report").arg(&report);
+    bake.arg("--output").arg(output).arg("--report").arg(report).arg("--glb").arg(glb);
     for setting in &options.settings {
         bake.arg("--set").arg(setting);
     }
@@ -81,17 +82,13 @@ pub(crate) fn run(options: &Options) -> Outcome {
         2 => return Err(Failure::Input("nothing was baked".to_owned())),
         code => return Err(Failure::Task(format!("the bake ended with exit code {code}"))),
     }
-
-    println!("Exporting and rendering");
-    for (script, ending) in [("export_glb.py", "glb"), ("render_picture.py", "png")] {
-        let file = output.with_extension(ending);
-        let mut finish = host.script(&tree::path("native/xtask/blender").join(script));
-        run_quietly(finish.arg(&output).arg(&file))?;
-    }
+    println!("Rendering the picture");
+    let script = tree::path("native/xtask/blender/render_picture.py");
+    run_quietly(host.script(&script).arg(output).arg(picture))?;
     if let Some(missing) = written.iter().find(|file| !file.is_file()) {
         return Err(Failure::Task(format!("{} was not written", missing.display())));
     }
-    summary::print(&report, &host.name(), &written)
+    summary::print(report, &host.name(), &written)
 }
 
 fn make_paper_scene(host: &Host) -> Outcome<PathBuf> {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::failure::{Failure, Outcome, run, run_quietly};
+use crate::failure::{Failure, Outcome, run_quietly};
 use crate::venv::Venv;
 use crate::{files, tree};
 
@@ -49,6 +49,7 @@ impl Platform {
 /// The wheel for this machine alone, built with its own linker.
 pub(crate) fn build_native() -> Outcome<PathBuf> {
     let tools = Venv::ready("tools")?;
+    println!("Building the solver");
     let folder = tree::target("wheels/native");
     build(&mut maturin(&tools, &folder), &folder)
 }
@@ -81,7 +82,7 @@ fn maturin(venv: &Venv, folder: &Path) -> Command {
 fn build(maturin: &mut Command, folder: &Path) -> Outcome<PathBuf> {
     // An older wheel may carry another version or platform tag.
     files::remove_folder(folder)?;
-    run(maturin)?;
+    run_quietly(maturin)?;
     let mut wheels = files::below(folder)?;
     wheels.retain(|file| file.extension().is_some_and(|extension| extension == "whl"));
     match <[PathBuf; 1]>::try_from(wheels) {
