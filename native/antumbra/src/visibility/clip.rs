@@ -83,6 +83,13 @@ impl Plane {
         let height = self.normal.dot(vertex.point) + self.offset;
         if height.abs() <= vertex.snap + self.snap { 0.0 } else { height }
     }
+
+    /// Whether any vertex is inside, and any outside.
+    pub(super) fn sides(&self, outline: &[Vertex]) -> (bool, bool) {
+        outline.iter().map(|vertex| self.side(vertex)).fold((false, false), |(inside, outside), height| {
+            (inside || height > 0.0, outside || height < 0.0)
+        })
+    }
 }
 
 /// Distance along `normal` from the receiver to a plane through `point` (relative to the receiver); exactly 0 when
@@ -110,6 +117,8 @@ pub(super) enum Cut {
 #[derive(Debug, Default)]
 pub(super) struct Fragments {
     vertices: Vec<Vertex>,
+    /// The number of vertices that the polygon had before anything was subtracted; they come first.
+    whole: usize,
     ranges: Vec<Range<usize>>,
     inside: Vec<Vertex>,
     next_inside: Vec<Vertex>,
@@ -122,16 +131,17 @@ impl Fragments {
         self.vertices.clear();
         self.ranges.clear();
         self.vertices.extend(outline);
-        self.ranges.push(0..self.vertices.len());
+        self.whole = self.vertices.len();
+        self.ranges.push(0..self.whole);
+    }
+
+    /// The outline before anything was subtracted.
+    pub(super) fn whole(&self) -> &[Vertex] {
+        &self.vertices[..self.whole]
     }
 
     pub(super) fn len(&self) -> usize {
         self.ranges.len()
-    }
-
-    /// The outline of one fragment.
-    pub(super) fn outline(&self, fragment: usize) -> &[Vertex] {
-        &self.vertices[self.ranges[fragment].clone()]
     }
 
     /// The outlines of all fragments.
@@ -139,14 +149,15 @@ impl Fragments {
         self.ranges.iter().map(|fragment| &self.vertices[fragment.clone()])
     }
 
-    /// Keeps of the only fragment what is inside `plane`; false when that is nothing.
+    /// Keeps of the whole polygon what is inside `plane`, before anything is subtracted; false when that is nothing.
     pub(super) fn keep_inside(&mut self, plane: &Plane) -> bool {
         let (any_inside, any_outside) = measure(plane, &self.vertices, &mut self.heights);
         if any_inside && any_outside {
-            self.next_inside.clear();
-            split(&self.vertices, &self.heights, &mut self.next_inside, None);
-            std::mem::swap(&mut self.vertices, &mut self.next_inside);
-            self.ranges[0] = 0..self.vertices.len();
+            self.inside.clear();
+            split(&self.vertices, &self.heights, &mut self.inside, None);
+            std::mem::swap(&mut self.vertices, &mut self.inside);
+            self.whole = self.vertices.len();
+            self.ranges[0] = 0..self.whole;
         }
         any_inside
     }

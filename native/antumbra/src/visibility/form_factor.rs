@@ -93,21 +93,23 @@ impl SeenSource {
     /// The contour formula, summed about the outline's area.
     ///
     /// With `w_i = θ_i/|c_i|` and `S = Σ c_i`, twice the area vector, the sum `Σ w_i c_i` is `w S + Σ (w_i - w) c_i`
-    /// for any `w`. `S` is computed from differences of vertices, which cancel nothing. The smallest `w_i` is taken
-    /// for `w`: it keeps every term below an angle, also where the receiver nearly touches an edge.
+    /// for any `w`. `S` is computed from differences of vertices, which cancel nothing. With `w = 1/max |v_i|²`,
+    /// which no `w_i` is below, every term stays below an angle, also where the receiver nearly touches an edge.
     fn by_contour(&self, outline: &[Vertex]) -> f64 {
         let origin = outline[0].point;
-        let edges =
-            || outline.iter().zip(outline.iter().cycle().skip(1)).map(|(from, to)| (from.point, to.point));
-        let smallest = edges().map(|(from, to)| angle_ratio(from, to)).fold(f64::INFINITY, f64::min);
+        let farthest2 = outline.iter().map(|v| v.point.length_squared()).fold(0.0, f64::max);
+        let common = 1.0 / farthest2;
         let mut area_vector = DVec3::ZERO;
         let mut rest = 0.0;
-        for (from, to) in edges() {
-            area_vector += (from - origin).cross(to - origin);
-            let normal = from.cross(to - from);
-            rest += (angle_ratio(from, to) - smallest) * self.receiver_normal.dot(normal);
+        let mut from = outline[outline.len() - 1].point;
+        for to in outline.iter().map(|vertex| vertex.point) {
+            let edge = to - from;
+            let normal = from.cross(edge);
+            area_vector += (from - origin).cross(edge);
+            rest += (angle_ratio(normal, from.dot(to)) - common) * self.receiver_normal.dot(normal);
+            from = to;
         }
-        (smallest * self.receiver_normal.dot(area_vector) + rest) / std::f64::consts::TAU
+        (common * self.receiver_normal.dot(area_vector) + rest) / std::f64::consts::TAU
     }
 
     /// Radon's rule on the fan of triangles about the first vertex.
@@ -129,10 +131,9 @@ impl SeenSource {
     }
 }
 
-/// Angle between two directions divided by the length of their cross product.
-fn angle_ratio(from: DVec3, to: DVec3) -> f64 {
-    let sine = from.cross(to - from).length();
-    let cosine = from.dot(to);
+/// Angle between two directions divided by the length of their cross product; `cosine` is their dot product.
+fn angle_ratio(cross: DVec3, cosine: f64) -> f64 {
+    let sine = cross.length();
     // The limit for parallel directions; opposite ones would put the receiver on the edge, thus in the plane.
     if sine > 0.0 { sine.atan2(cosine) / sine } else { 1.0 / cosine }
 }
@@ -144,7 +145,7 @@ fn angle_ratio(from: DVec3, to: DVec3) -> f64 {
 pub fn unoccluded_form_factor(receiver: &Receiver, source: &ConvexPolygon) -> f64 {
     let mut fragments = Fragments::default();
     SeenSource::look(receiver, source, &mut fragments)
-        .map_or(0.0, |seen| seen.form_factor(fragments.outline(0)).clamp(0.0, 1.0))
+        .map_or(0.0, |seen| seen.form_factor(fragments.whole()).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]
