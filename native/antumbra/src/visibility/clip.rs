@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Distance below which a point lies *on* a plane, relative to its distance from the receiver.
 ///
@@ -34,6 +35,9 @@ impl Vertex {
         Self { point, snap: SNAP * point.abs().max_element() }
     }
 }
+
+/// A convex outline that needs no allocation unless it is unusually complex.
+pub(super) type Outline = SmallVec<[Vertex; 8]>;
 
 /// The half-space `normal · p + offset > 0`.
 #[derive(Debug, Clone, Copy)]
@@ -100,6 +104,9 @@ pub(super) fn plane_distance(normal: DVec3, point: DVec3, world: f64) -> f64 {
     if on_plane { 0.0 } else { distance }
 }
 
+/// The sides of an outline's vertices.
+type Heights = SmallVec<[f64; 8]>;
+
 /// What a set of half-spaces did to a fragment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cut {
@@ -117,27 +124,19 @@ pub(super) enum Cut {
 #[derive(Debug, Default)]
 pub(super) struct Fragments {
     vertices: Vec<Vertex>,
-    /// The number of vertices that the polygon had before anything was subtracted; they come first.
-    whole: usize,
     ranges: Vec<Range<usize>>,
-    inside: Vec<Vertex>,
-    next_inside: Vec<Vertex>,
-    heights: Vec<f64>,
+    inside: Outline,
+    next_inside: Outline,
+    heights: Heights,
 }
 
 impl Fragments {
     /// Starts again from one fragment.
-    pub(super) fn restart(&mut self, outline: impl Iterator<Item = Vertex>) {
+    pub(super) fn restart(&mut self, outline: &[Vertex]) {
         self.vertices.clear();
         self.ranges.clear();
-        self.vertices.extend(outline);
-        self.whole = self.vertices.len();
-        self.ranges.push(0..self.whole);
-    }
-
-    /// The outline before anything was subtracted.
-    pub(super) fn whole(&self) -> &[Vertex] {
-        &self.vertices[..self.whole]
+        self.vertices.extend_from_slice(outline);
+        self.ranges.push(0..self.vertices.len());
     }
 
     pub(super) fn len(&self) -> usize {
@@ -147,19 +146,6 @@ impl Fragments {
     /// The outlines of all fragments.
     pub(super) fn outlines(&self) -> impl Iterator<Item = &[Vertex]> {
         self.ranges.iter().map(|fragment| &self.vertices[fragment.clone()])
-    }
-
-    /// Keeps of the whole polygon what is inside `plane`, before anything is subtracted; false when that is nothing.
-    pub(super) fn keep_inside(&mut self, plane: &Plane) -> bool {
-        let (any_inside, any_outside) = measure(plane, &self.vertices, &mut self.heights);
-        if any_inside && any_outside {
-            self.inside.clear();
-            split(&self.vertices, &self.heights, &mut self.inside, None);
-            std::mem::swap(&mut self.vertices, &mut self.inside);
-            self.whole = self.vertices.len();
-            self.ranges[0] = 0..self.whole;
-        }
-        any_inside
     }
 
     /// Removes from every fragment what is inside all of `planes`.
@@ -226,8 +212,20 @@ impl Fragments {
     }
 }
 
+/// Keeps what of a convex outline is inside `plane`; false when that has no area.
+pub(super) fn keep_inside(outline: &mut Outline, plane: &Plane) -> bool {
+    let (any_inside, any_outside) = plane.sides(outline);
+    if any_inside && any_outside {
+        let (mut heights, mut inside) = (Heights::new(), Outline::new());
+        measure(plane, outline, &mut heights);
+        split(outline, &heights, &mut inside, None);
+        *outline = inside;
+    }
+    any_inside
+}
+
 /// The side of every vertex into `heights`; whether any is inside, and any outside.
-fn measure(plane: &Plane, outline: &[Vertex], heights: &mut Vec<f64>) -> (bool, bool) {
+fn measure(plane: &Plane, outline: &[Vertex], heights: &mut Heights) -> (bool, bool) {
     heights.clear();
     heights.extend(outline.iter().map(|vertex| plane.side(vertex)));
     (heights.iter().any(|&height| height > 0.0), heights.iter().any(|&height| height < 0.0))
@@ -235,12 +233,7 @@ fn measure(plane: &Plane, outline: &[Vertex], heights: &mut Vec<f64>) -> (bool, 
 
 /// Appends the two parts of a convex outline that the plane of `heights` divides. Both get the very same new
 /// vertices, so that their boundaries cancel exactly.
-fn split(
-    outline: &[Vertex],
-    heights: &[f64],
-    inside: &mut Vec<Vertex>,
-    mut outside: Option<&mut Vec<Vertex>>,
-) {
+fn split(outline: &[Vertex], heights: &[f64], inside: &mut Outline, mut outside: Option<&mut Vec<Vertex>>) {
     let mut from = outline.len() - 1;
     for to in 0..outline.len() {
         let (height_from, height_to) = (heights[from], heights[to]);

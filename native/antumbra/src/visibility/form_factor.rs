@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::clip::{Fragments, Plane, Vertex, plane_distance};
+use super::clip::{Outline, Plane, Vertex, keep_inside, plane_distance};
 use super::polygon::{ConvexPolygon, Receiver};
 
 /// Size of an outline, relative to its distance, below which a quadrature of degree 5 replaces the contour.
@@ -35,7 +35,7 @@ const RADON_RULE: [(f64, [f64; 3]); 7] = {
     ]
 };
 
-/// A source as a receiver sees it: its outline relative to the receiver and cut at the receiver's horizon.
+/// A source as a receiver sees it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeenSource {
     receiver_normal: DVec3,
@@ -49,24 +49,22 @@ pub(super) struct SeenSource {
 }
 
 impl SeenSource {
-    /// Looks at `source` and leaves its outline above the horizon as the only fragment in `fragments`; `None` when nothing
-    /// of it is above the horizon or the receiver lies in its plane.
-    pub(super) fn look(
-        receiver: &Receiver,
-        source: &ConvexPolygon,
-        fragments: &mut Fragments,
-    ) -> Option<Self> {
+    /// Looks at `source` and puts what is above the receiver's horizon into `outline`, relative to the receiver.
+    /// `None` when that is nothing or the receiver lies in the source's plane.
+    pub(super) fn look(receiver: &Receiver, source: &ConvexPolygon, outline: &mut Outline) -> Option<Self> {
         let world = source.extent().max(receiver.position.abs().max_element());
-        let seen_from = |vertex: &DVec3| Vertex::new(*vertex - receiver.position);
         let distance = plane_distance(source.normal(), source.vertices()[0] - receiver.position, world);
-        if distance > 0.0 {
-            fragments.restart(source.vertices().iter().map(seen_from));
-        } else if distance < 0.0 {
-            fragments.restart(source.vertices().iter().rev().map(seen_from));
-        } else {
+        if distance == 0.0 {
             return None;
         }
-        fragments.keep_inside(&Plane::through_receiver(receiver.normal)).then(|| Self {
+        outline.clear();
+        for &vertex in source.vertices() {
+            outline.push(Vertex::new(vertex - receiver.position));
+        }
+        if distance < 0.0 {
+            outline.reverse();
+        }
+        keep_inside(outline, &Plane::through_receiver(receiver.normal)).then(|| Self {
             receiver_normal: receiver.normal,
             normal: source.normal() * distance.signum(),
             distance: distance.abs(),
@@ -143,9 +141,9 @@ fn angle_ratio(cross: DVec3, cosine: f64) -> f64 {
 /// Whichever way the source faces: whether it sends light to that side is for the caller to decide. Exactly 0 when
 /// the receiver lies in the source's plane or the source is below the receiver's horizon.
 pub fn unoccluded_form_factor(receiver: &Receiver, source: &ConvexPolygon) -> f64 {
-    let mut fragments = Fragments::default();
-    SeenSource::look(receiver, source, &mut fragments)
-        .map_or(0.0, |seen| seen.form_factor(fragments.whole()).clamp(0.0, 1.0))
+    let mut outline = Outline::new();
+    SeenSource::look(receiver, source, &mut outline)
+        .map_or(0.0, |seen| seen.form_factor(&outline).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]

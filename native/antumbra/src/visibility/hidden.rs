@@ -4,10 +4,9 @@
 //! receiver through the blocker's edges: an intersection of half-spaces, which is subtracted from the source.
 
 use glam::DVec3;
-use smallvec::SmallVec;
 use thiserror::Error;
 
-use super::clip::{Cut, Fragments, Plane, Vertex, plane_distance};
+use super::clip::{Cut, Fragments, Outline, Plane, Vertex, plane_distance};
 use super::form_factor::SeenSource;
 use super::polygon::{ConvexPolygon, Receiver};
 
@@ -69,14 +68,17 @@ impl Suspect {
         receiver: &Receiver,
         pyramid: &[Plane],
         source: &[Vertex],
+        corners: &mut Outline,
     ) -> Option<Self> {
-        let vertices: SmallVec<[Vertex; 4]> =
-            polygon.vertices().iter().map(|&vertex| Vertex::new(vertex - receiver.position)).collect();
-        if pyramid.iter().any(|plane| !vertices.iter().any(|vertex| plane.side(vertex) > 0.0)) {
+        corners.clear();
+        for &vertex in polygon.vertices() {
+            corners.push(Vertex::new(vertex - receiver.position));
+        }
+        if pyramid.iter().any(|plane| !corners.iter().any(|corner| plane.side(corner) > 0.0)) {
             return None;
         }
         let world = polygon.extent().max(receiver.position.abs().max_element());
-        let distance = plane_distance(polygon.normal(), vertices[0].point, world);
+        let distance = plane_distance(polygon.normal(), corners[0].point, world);
         if distance == 0.0 {
             return None;
         }
@@ -109,6 +111,8 @@ impl Suspect {
 /// Buffers that are reused from call to call; one per thread.
 #[derive(Debug, Default)]
 pub struct Scratch {
+    outline: Outline,
+    corners: Outline,
     fragments: Fragments,
     suspects: Vec<Suspect>,
     planes: Vec<Plane>,
@@ -146,28 +150,28 @@ pub fn visible_form_factor(
     candidates: &[u32],
     scratch: &mut Scratch,
 ) -> Result<VisibleFormFactor, TooManyFragments> {
-    let Scratch { fragments, suspects, planes, blockers } = scratch;
+    let Scratch { outline, corners, fragments, suspects, planes, blockers } = scratch;
     blockers.clear();
 
     // Clip the source to the receiver's horizon
-    let Some(seen) = SeenSource::look(receiver, source, fragments) else {
+    let Some(seen) = SeenSource::look(receiver, source, outline) else {
         return Ok(VisibleFormFactor { value: 0.0, unoccluded: 0.0, state: Visibility::BelowHorizon });
     };
-    let unoccluded = seen.form_factor(fragments.whole()).clamp(0.0, 1.0);
+    let unoccluded = seen.form_factor(outline).clamp(0.0, 1.0);
 
     // Suspect only what reaches into the pyramid between receiver and source
     planes.clear();
     planes.push(seen.nearer());
     planes.push(Plane::through_receiver(receiver.normal));
-    let outline = fragments.whole();
     for (from, to) in outline.iter().zip(outline.iter().cycle().skip(1)) {
         planes.extend(Plane::through_edge(DVec3::ZERO, from.point, to.point));
     }
-    let suspect = |&id: &u32| Suspect::new(id, &polygons[id as usize], receiver, planes, outline);
+    let suspect = |&id: &u32| Suspect::new(id, &polygons[id as usize], receiver, planes, outline, corners);
     suspects.clear();
     suspects.extend(candidates.iter().filter_map(suspect));
 
     // Subtract them, the largest first
+    fragments.restart(outline);
     suspects.sort_unstable_by(|a, b| b.size.total_cmp(&a.size).then(a.id.cmp(&b.id)));
     for suspect in suspects.iter() {
         suspect.shadow(receiver, &polygons[suspect.id as usize], planes);
