@@ -104,9 +104,6 @@ pub(super) fn plane_distance(normal: DVec3, point: DVec3, world: f64) -> f64 {
     if on_plane { 0.0 } else { distance }
 }
 
-/// The sides of an outline's vertices.
-type Heights = SmallVec<[f64; 8]>;
-
 /// What a set of half-spaces did to a fragment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cut {
@@ -125,9 +122,9 @@ pub(super) enum Cut {
 pub(super) struct Fragments {
     vertices: Vec<Vertex>,
     ranges: Vec<Range<usize>>,
-    inside: Outline,
-    next_inside: Outline,
-    heights: Heights,
+    inside: Vec<Vertex>,
+    next_inside: Vec<Vertex>,
+    heights: Vec<f64>,
 }
 
 impl Fragments {
@@ -189,7 +186,14 @@ impl Fragments {
         self.inside.clear();
         self.inside.extend_from_slice(&self.vertices[range]);
         for plane in planes {
-            let (any_inside, any_outside) = measure(plane, &self.inside, &mut self.heights);
+            self.heights.clear();
+            let (mut any_inside, mut any_outside) = (false, false);
+            for vertex in &self.inside {
+                let height = plane.side(vertex);
+                any_inside |= height > 0.0;
+                any_outside |= height < 0.0;
+                self.heights.push(height);
+            }
             if !any_inside {
                 // No single plane separates them, but all together do.
                 self.vertices.truncate(old_vertices);
@@ -199,7 +203,13 @@ impl Fragments {
             if any_outside {
                 let start = self.vertices.len();
                 self.next_inside.clear();
-                split(&self.inside, &self.heights, &mut self.next_inside, Some(&mut self.vertices));
+                let (inside, outside) = (&mut self.next_inside, &mut self.vertices);
+                split(
+                    &self.inside,
+                    &self.heights,
+                    |vertex| inside.push(vertex),
+                    |vertex| outside.push(vertex),
+                );
                 self.ranges.push(start..self.vertices.len());
                 std::mem::swap(&mut self.inside, &mut self.next_inside);
             }
@@ -216,43 +226,36 @@ impl Fragments {
 pub(super) fn keep_inside(outline: &mut Outline, plane: &Plane) -> bool {
     let (any_inside, any_outside) = plane.sides(outline);
     if any_inside && any_outside {
-        let (mut heights, mut inside) = (Heights::new(), Outline::new());
-        measure(plane, outline, &mut heights);
-        split(outline, &heights, &mut inside, None);
+        let heights: SmallVec<[f64; 8]> = outline.iter().map(|vertex| plane.side(vertex)).collect();
+        let mut inside = Outline::new();
+        split(outline, &heights, |vertex| inside.push(vertex), |_| {});
         *outline = inside;
     }
     any_inside
 }
 
-/// The side of every vertex into `heights`; whether any is inside, and any outside.
-fn measure(plane: &Plane, outline: &[Vertex], heights: &mut Heights) -> (bool, bool) {
-    heights.clear();
-    heights.extend(outline.iter().map(|vertex| plane.side(vertex)));
-    (heights.iter().any(|&height| height > 0.0), heights.iter().any(|&height| height < 0.0))
-}
-
-/// Appends the two parts of a convex outline that the plane of `heights` divides. Both get the very same new
+/// Hands out the two parts of a convex outline that the plane of `heights` divides. Both get the very same new
 /// vertices, so that their boundaries cancel exactly.
-fn split(outline: &[Vertex], heights: &[f64], inside: &mut Outline, mut outside: Option<&mut Vec<Vertex>>) {
-    let mut from = outline.len() - 1;
-    for to in 0..outline.len() {
-        let (height_from, height_to) = (heights[from], heights[to]);
+fn split(
+    outline: &[Vertex],
+    heights: &[f64],
+    mut add_inside: impl FnMut(Vertex),
+    mut add_outside: impl FnMut(Vertex),
+) {
+    let (mut from, mut height_from) = (outline[outline.len() - 1], heights[outline.len() - 1]);
+    for (&to, &height_to) in outline.iter().zip(heights) {
         if height_from * height_to < 0.0 {
             let t = height_from / (height_from - height_to);
-            let crossing = Vertex::new(outline[from].point.lerp(outline[to].point, t));
-            inside.push(crossing);
-            if let Some(outside) = outside.as_deref_mut() {
-                outside.push(crossing);
-            }
+            let crossing = Vertex::new(from.point.lerp(to.point, t));
+            add_inside(crossing);
+            add_outside(crossing);
         }
         if height_to >= 0.0 {
-            inside.push(outline[to]);
+            add_inside(to);
         }
-        if height_to <= 0.0
-            && let Some(outside) = outside.as_deref_mut()
-        {
-            outside.push(outline[to]);
+        if height_to <= 0.0 {
+            add_outside(to);
         }
-        from = to;
+        (from, height_from) = (to, height_to);
     }
 }
