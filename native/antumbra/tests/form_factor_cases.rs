@@ -96,22 +96,25 @@ fn a_sliver_blocker_hides_no_more_than_its_solid_angle() {
     assert!(hidden <= unoccluded_form_factor(&point, &sliver) + 1e-16);
 }
 
+/// Turned, so that they are coplanar but for rounding, near the origin and far from it.
 #[test]
 fn coplanar_overlapping_polygons_neither_light_nor_shadow_each_other() {
     let mut random = Random(11);
-    for _ in 0..200 {
-        let rotation = random.rotation();
-        let place = |p: DVec3| rotation * (p + DVec3::new(0.0, 0.0, -2.0));
+    for i in 0..400 {
+        let (rotation, offset) = (random.rotation(), [0.0, 1e6][i % 2] * random.direction());
+        let place = |p: DVec3| rotation * p + offset;
         let source = moved(&light(), place);
-        let overlapping = moved(&shade([0.2, 0.3, 2.0], 0.7, 0.1), place);
-        let above = Receiver {
-            position: rotation * (0.4 * random.in_cube() - DVec3::Z),
-            normal: rotation * DVec3::Z,
-        };
-        assert_no_effect(&above, &source, std::slice::from_ref(&overlapping));
-        assert_no_effect(&above, &overlapping, std::slice::from_ref(&source));
+        let overlapping = moved(&shade([0.2, 0.3, 2.0], 0.7, 0.3), place);
+        let point = place(DVec3::Z + 0.4 * random.in_cube());
+        let below = Receiver { position: point, normal: rotation * DVec3::Z };
+        assert_no_effect(&below, &source, std::slice::from_ref(&overlapping));
+        assert_no_effect(&below, &overlapping, std::slice::from_ref(&source));
         let on_it = Receiver { position: overlapping.centroid(), normal: overlapping.normal() };
-        assert_eq!(visible(&on_it, &source, &[]).value, 0.0);
+        for normal in [on_it.normal, -on_it.normal] {
+            assert_eq!(visible(&Receiver { normal, ..on_it }, &source, &[]).value, 0.0);
+            let lamp = moved(&shade([0.0, 0.0, 2.0], 1.0, 1.0), |p| place(p) + 0.5 * normal);
+            assert_no_effect(&Receiver { normal, ..on_it }, &lamp, &[source.clone(), overlapping.clone()]);
+        }
     }
 }
 

@@ -10,10 +10,10 @@ use smallvec::SmallVec;
 /// Distance below which a point lies *on* a plane, relative to its distance from the receiver.
 ///
 /// Where polygons are coplanar, touch or share vertices, the true distance is 0 and the computed one is rounding,
-/// whose sign is chance: without snapping, the sum of all form factors in a closed room was off by 0.117. Measured
-/// on random rooms with solids inside, every value from 1e-15 to 1e-8 closes equally well: smaller ones miss
-/// rounding that some intersections have amplified, larger ones shift shadows by what they snap. This one is in the
-/// middle of that plateau, and moves a shadow by at most 1e-12 of its distance.
+/// whose sign is chance. Measured on the random rooms of the closure test: without snapping their sums of form
+/// factors are off by up to 0.07, with 1e-16 by 0.016; every value from 1e-15 to 1e-8 closes to 2e-14, 1e-6 to 3e-9.
+/// Larger values are also blind to what nearly touches the receiver: with 1e-10 the form factor of a cube's adjacent
+/// faces is wrong in the tenth digit, because points beside the common edge no longer see the wall.
 const SNAP: f64 = 1e-12;
 
 /// Distance below which a point lies on a polygon's own plane, relative to the largest coordinate.
@@ -169,8 +169,8 @@ impl Fragments {
         if self.ranges.is_empty() { Cut::Gone } else { result }
     }
 
-    /// Removes from one fragment what is inside all of `planes`: plane by plane, what is outside becomes a fragment of its
-    /// own and what is inside goes on, until the last inside is dropped.
+    /// Removes from one fragment what is inside all of `planes`: plane by plane, what is outside becomes a fragment
+    /// of its own and what is inside goes on, until the last inside is dropped.
     fn subtract_from(&mut self, fragment: usize, planes: &[Plane]) -> Cut {
         let range = self.ranges[fragment].clone();
 

@@ -12,8 +12,10 @@ use super::polygon::{ConvexPolygon, Receiver};
 
 /// Most visible fragments that one source may fall into before the computation gives up.
 ///
-/// Memory and time are at most proportional to it, whatever the scene; 64 rays cost as much as about 100 fragments.
-pub const MAX_FRAGMENTS: usize = 1024;
+/// Time and memory are at most proportional to it times the number of candidates. Measured: 64 small triangles
+/// leave 50 fragments (26 µs), 500 leave about 370 (0.2 to 0.7 ms). Above this limit a call costs as much as several
+/// hundred rays, which are then precise enough; a much lower one would give up exact penumbrae behind ordinary meshes.
+pub const MAX_FRAGMENTS: usize = 256;
 
 /// The source fell into more than [`MAX_FRAGMENTS`] visible fragments: sample it instead.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
