@@ -115,9 +115,13 @@ pub(super) enum Cut {
     Gone,
 }
 
+/// Vertices from which on it is worth to look for those that are no longer used: 128 kB, which stay in the cache.
+const COMPACT_FROM: usize = 4096;
+
 /// Convex fragments of one planar polygon.
 ///
-/// Vertices are only appended: a fragment that nothing cuts is never copied.
+/// Vertices are appended, and those of fragments that are gone stay until they are most of many: a fragment that
+/// nothing cuts is hardly ever copied, yet memory stays proportional to the fragments there are.
 #[derive(Debug, Default)]
 pub(super) struct Fragments {
     vertices: Vec<Vertex>,
@@ -166,7 +170,26 @@ impl Fragments {
                 }
             }
         }
+        self.compact();
         if self.ranges.is_empty() { Cut::Gone } else { result }
+    }
+
+    /// Moves the vertices together when most of them belong to fragments that are gone.
+    fn compact(&mut self) {
+        if self.vertices.len() < COMPACT_FROM {
+            return;
+        }
+        let used: usize = self.ranges.iter().map(ExactSizeIterator::len).sum();
+        if self.vertices.len() < 2 * used {
+            return;
+        }
+        self.inside.clear();
+        for range in &mut self.ranges {
+            let start = self.inside.len();
+            self.inside.extend_from_slice(&self.vertices[range.clone()]);
+            *range = start..self.inside.len();
+        }
+        std::mem::swap(&mut self.vertices, &mut self.inside);
     }
 
     /// Removes from one fragment what is inside all of `planes`: plane by plane, what is outside becomes a fragment
@@ -257,5 +280,27 @@ fn split(
             add_outside(to);
         }
         (from, height_from) = (to, height_to);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Slabs eat a square from the left, each a little further: one rectangle is left all the time.
+    #[test]
+    fn memory_stays_proportional_to_the_fragments() {
+        let mut fragments = Fragments::default();
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        fragments.restart(&corners.map(|[x, y]| Vertex::new(DVec3::new(x, y, 1.0))));
+        for i in 1..10_000 {
+            let limit = f64::from(i) * 1e-4;
+            let left_of_limit = Plane::through_receiver(DVec3::new(-1.0, 0.0, limit));
+            assert_eq!(fragments.subtract(&[left_of_limit]), Cut::Reduced);
+            let outline = fragments.outlines().next().expect("one is left");
+            assert!(outline.iter().all(|vertex| vertex.point.x >= limit - 1e-12));
+            assert_eq!((fragments.len(), outline.len()), (1, 4));
+            assert!(fragments.vertices.len() < COMPACT_FROM + 4);
+        }
     }
 }

@@ -12,7 +12,7 @@ use super::polygon::{ConvexPolygon, Receiver};
 
 /// Most visible fragments that one source may fall into before the computation gives up.
 ///
-/// Time and memory are at most proportional to it times the number of candidates. Measured: 64 small triangles
+/// Memory is at most proportional to it, time to it and to the number of candidates. Measured: 64 small triangles
 /// leave 50 fragments (26 µs), 500 leave about 370 (0.2 to 0.7 ms). Above this limit a call costs as much as several
 /// hundred rays, which are then precise enough; a much lower one would give up exact penumbrae behind ordinary meshes.
 pub const MAX_FRAGMENTS: usize = 256;
@@ -45,7 +45,7 @@ pub struct VisibleFormFactor {
     pub value: f64,
     /// The same without blockers.
     pub unoccluded: f64,
-    /// Which of the two cases, or between them.
+    /// How much of it that is, in a word.
     pub state: Visibility,
 }
 
