@@ -47,6 +47,9 @@ pub enum Error {
     /// A setting outside its range.
     #[error("setting {name} = {value}: {reason}")]
     InvalidSetting { name: &'static str, value: String, reason: &'static str },
+    /// The system gave no threads.
+    #[error("cannot start worker threads: {reason}")]
+    Threads { reason: String },
     /// The caller asked to cancel.
     #[error("the bake was cancelled")]
     Cancelled,

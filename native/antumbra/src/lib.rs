@@ -13,11 +13,17 @@
 //! Units: metres, W/m² (radiosity `B`, irradiance `H`, exitance `E`), `B = E + rho·H` per colour channel; a diffuse
 //! surface's outgoing radiance is `B/pi`.
 
+mod adapt;
 pub mod error;
+mod index;
+mod mesh;
 pub mod monitor;
 pub mod report;
 pub mod scene;
 pub mod settings;
+pub mod solve;
+mod transport;
+pub mod visibility;
 pub mod weld;
 
 pub use error::Error;

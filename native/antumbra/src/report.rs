@@ -63,4 +63,25 @@ pub struct ResultSummary {
     pub vertices: usize,
     /// Why the solver ended: `"converged"`, `"time_limit"`, `"triangle_budget"` or `"stopped"`.
     pub ended_by: String,
+    /// Share of the light that had not arrived when shooting ended; it was spread like the indirect light before it.
+    pub unshot: f64,
+    /// How visibility was found.
+    pub visibility: VisibilitySummary,
+}
+
+/// How many form factors were computed in which way.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct VisibilitySummary {
+    /// Exactly.
+    pub exact: u64,
+    /// By shadow rays, because too many blockers stood in between.
+    pub sampled: u64,
+    /// Shadow rays in all.
+    pub rays: u64,
+}
+
+impl From<[u64; 3]> for VisibilitySummary {
+    fn from([exact, sampled, rays]: [u64; 3]) -> Self {
+        Self { exact, sampled, rays }
+    }
 }

@@ -64,6 +64,14 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The triangle budget as a count; none is the largest count.
+    pub(crate) fn triangle_limit(&self) -> usize {
+        match self.triangle_budget {
+            0 => usize::MAX,
+            budget => usize::try_from(budget).unwrap_or(usize::MAX),
+        }
+    }
+
     /// Checks every value against its range.
     ///
     /// # Errors

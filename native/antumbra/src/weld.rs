@@ -1,8 +1,17 @@
-//! What the caller gets back.
+//! What the caller gets back: the refined meshes, anchored (the paper, §3.3), with a colour per corner.
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
+use crate::index::{ElementId, FaceId, VertexId};
+use crate::mesh::{Corner, Mesh, anchored};
 use crate::report::Report;
+use crate::scene::world::World;
+use crate::scene::{MaterialInput, ObjectInput, SceneInput};
+use crate::settings::Quantity;
 
 /// The refined meshes with their light, and what it took to make them.
 #[derive(Debug, Clone)]
@@ -35,4 +44,138 @@ pub struct BakedMesh {
     pub source_edge: Vec<[i8; 3]>,
     /// Per triangle and corner: scene-linear `B/pi` or `H/pi`, rgb, never clipped.
     pub corner_radiance: Vec<[[f32; 3]; 3]>,
+}
+
+/// Collects the refined meshes of all baked objects, anchored, with their light.
+///
+/// `irradiance`: per sample, front and back, W/m².
+pub(crate) fn weld(
+    input: &SceneInput,
+    world: &World,
+    mesh: &Mesh,
+    irradiance: &[[DVec3; 2]],
+    quantity: Quantity,
+) -> Vec<BakedMesh> {
+    (0..input.objects.len())
+        .into_par_iter()
+        .filter(|&object| world.objects[object].receives && !world.objects[object].faces.is_empty())
+        .map(|object| Welder::new(input, world, mesh, irradiance, quantity, object).weld())
+        .collect()
+}
+
+/// The welding of one object.
+struct Welder<'a> {
+    source: &'a ObjectInput,
+    world: &'a World,
+    object: usize,
+    mesh: &'a Mesh,
+    irradiance: &'a [[DVec3; 2]],
+    quantity: Quantity,
+    baked: BakedMesh,
+    /// Mesh vertices that are baked vertices already.
+    numbers: FxHashMap<VertexId, u32>,
+}
+
+impl<'a> Welder<'a> {
+    fn new(
+        input: &'a SceneInput,
+        world: &'a World,
+        mesh: &'a Mesh,
+        irradiance: &'a [[DVec3; 2]],
+        quantity: Quantity,
+        object: usize,
+    ) -> Self {
+        let source = &input.objects[object];
+        let baked = BakedMesh { object, ..BakedMesh::default() };
+        Self { source, world, object, mesh, irradiance, quantity, baked, numbers: FxHashMap::default() }
+    }
+
+    fn weld(mut self) -> BakedMesh {
+        let range = self.world.objects[self.object].faces.clone();
+        let mut next_triangle = 0;
+        // Light at vertices, for faces that have no area and so no light of their own.
+        let mut at_vertex: FxHashMap<u32, DVec3> = FxHashMap::default();
+        let mut flat: Vec<u32> = Vec::new();
+        for face in range {
+            let source_triangle = self.world.faces[face].source_triangle;
+            flat.extend(next_triangle..source_triangle);
+            next_triangle = source_triangle + 1;
+            let material = self.world.material(FaceId::new(face));
+            let mesh = self.mesh;
+            anchored(mesh, ElementId::new(face), |corners| {
+                let radiance = corners.map(|corner| self.radiance(self.irradiance_at(&corner), material));
+                self.push(source_triangle, corners.map(|c| (c.vertex, c.barycentric)), radiance);
+            });
+            let root = mesh.element(ElementId::new(face));
+            for (vertex, sample) in root.vertices.iter().zip(root.samples) {
+                at_vertex.entry(vertex.index() as u32).or_insert(self.irradiance[sample.index()][0]);
+            }
+        }
+        flat.extend(next_triangle..self.source.triangles.len() as u32);
+        for triangle in flat {
+            self.push_flat(triangle, &at_vertex);
+        }
+        self.baked
+    }
+
+    /// A face without area keeps its place, so that what was watertight stays so; it shows its neighbours' light.
+    fn push_flat(&mut self, triangle: u32, at_vertex: &FxHashMap<u32, DVec3>) {
+        let first = self.world.objects[self.object].first_vertex;
+        let vertices = self.source.triangles[triangle as usize].map(|v| first + v);
+        let material = &self.world.materials[self.source.triangle_materials[triangle as usize] as usize];
+        let radiance =
+            vertices.map(|v| self.radiance(at_vertex.get(&v).copied().unwrap_or(DVec3::ZERO), material));
+        let units = [DVec3::X, DVec3::Y, DVec3::Z];
+        let corners = std::array::from_fn(|k| (VertexId::new(vertices[k] as usize), units[k]));
+        self.push(triangle, corners, radiance);
+    }
+
+    fn push(&mut self, source_triangle: u32, corners: [(VertexId, DVec3); 3], radiance: [[f32; 3]; 3]) {
+        let triangle = corners.map(|(vertex, barycentric)| self.number(vertex, source_triangle, barycentric));
+        let barycentric = corners.map(|(_, barycentric)| barycentric);
+        let edge = |k: usize| {
+            let (from, to) = (barycentric[k], barycentric[(k + 1) % 3]);
+            // On edge 0 the third coordinate is 0, on edge 1 the first, on edge 2 the second.
+            (0..3_i8).find(|&e| {
+                let opposite = (e as usize + 2) % 3;
+                from[opposite] == 0.0 && to[opposite] == 0.0
+            })
+        };
+        self.baked.triangles.push(triangle);
+        self.baked.source_triangle.push(source_triangle);
+        self.baked.corner_barycentric.push(barycentric.map(|b| b.to_array()));
+        self.baked.source_edge.push(std::array::from_fn(|k| edge(k).unwrap_or(-1)));
+        self.baked.corner_radiance.push(radiance);
+    }
+
+    fn number(&mut self, vertex: VertexId, source_triangle: u32, barycentric: DVec3) -> u32 {
+        let (baked, source, next) = (&mut self.baked, self.source, self.numbers.len() as u32);
+        *self.numbers.entry(vertex).or_insert_with(|| {
+            let corners = source.triangles[source_triangle as usize].map(|v| source.positions[v as usize]);
+            // A unit vector picks a corner without rounding.
+            let position = (0..3).find(|&k| barycentric[k] == 1.0).map_or_else(
+                || barycentric.x * corners[0] + barycentric.y * corners[1] + barycentric.z * corners[2],
+                |k| corners[k],
+            );
+            baked.positions.push(position);
+            baked.vertex_source_triangle.push(source_triangle);
+            baked.vertex_barycentric.push(barycentric.to_array());
+            next
+        })
+    }
+
+    fn irradiance_at(&self, corner: &Corner) -> DVec3 {
+        let [a, b] = corner.samples.map(|s| self.irradiance[s.index()][0]);
+        0.5 * (a + b)
+    }
+
+    fn radiance(&self, irradiance: DVec3, material: &MaterialInput) -> [f32; 3] {
+        let radiosity = match self.quantity {
+            Quantity::Radiosity => {
+                DVec3::from_array(material.exitance_rgb) + DVec3::from_array(material.reflectance_rgb) * irradiance
+            }
+            Quantity::Irradiance => irradiance,
+        };
+        (radiosity / PI).to_array().map(|v| v as f32)
+    }
 }

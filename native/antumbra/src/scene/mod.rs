@@ -1,5 +1,8 @@
 //! What the caller hands in.
 
+pub(crate) mod quads;
+pub(crate) mod world;
+
 use glam::{DMat4, DVec3};
 
 /// A whole scene: everything that lights, shadows, reflects or receives.

@@ -1,0 +1,263 @@
+//! The validated scene in one frame: world space, moved so that its centre is the origin.
+//!
+//! Validation happens here and only here; later stages trust what they find. Guarantees: every coordinate is finite,
+//! every index in range, every [`Face`] has an area and a unit normal on its front side, mirrored objects included.
+
+use glam::{DMat3, DVec3};
+
+use crate::error::Error;
+use crate::index::{FaceId, typed_index};
+use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
+
+typed_index! {
+    /// Index of an object in [`SceneInput::objects`].
+    ObjectId
+}
+
+/// A triangle is degenerate when its height is less than this share of its longest edge. f32 coordinates that are
+/// collinear by construction come out of an f64 transform collinear to about 1e-16; the thinnest triangle that f32
+/// can hold on purpose is 6e-8. Anything between the two works; a larger value drops real slivers, a smaller one
+/// keeps triangles whose normal is rounding noise.
+const FLATTEST: f64 = 1e-12;
+
+/// A triangle with an area.
+#[derive(Debug, Clone)]
+pub(crate) struct Face {
+    pub(crate) object: ObjectId,
+    /// Index into the object's triangles.
+    pub(crate) source_triangle: u32,
+    /// Global vertices, in the order of the source triangle (wound backwards in a mirrored object).
+    pub(crate) vertices: [u32; 3],
+    /// Unit normal of the front side.
+    pub(crate) normal: DVec3,
+    pub(crate) area: f64,
+    pub(crate) material: u32,
+    /// Unit shading normals; `None` on flat faces.
+    pub(crate) corner_normals: Option<[DVec3; 3]>,
+}
+
+/// Where an object's parts lie in the world's arrays.
+#[derive(Debug, Clone)]
+pub(crate) struct WorldObject {
+    pub(crate) first_vertex: u32,
+    pub(crate) faces: std::ops::Range<usize>,
+    pub(crate) receives: bool,
+}
+
+/// The scene that the solver works on.
+#[derive(Debug)]
+pub(crate) struct World {
+    pub(crate) materials: Vec<MaterialInput>,
+    pub(crate) objects: Vec<WorldObject>,
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) faces: Vec<Face>,
+    /// Lights with their outlines moved like everything else.
+    pub(crate) lights: Vec<AreaLightInput>,
+    /// Diagonal of the bounding box of all surfaces and lights.
+    pub(crate) diagonal: f64,
+    pub(crate) warnings: Vec<String>,
+}
+
+impl World {
+    /// Validates the input and moves it into the solver's frame.
+    ///
+    /// # Errors
+    /// The first thing found wrong, naming object and index.
+    pub(crate) fn new(input: &SceneInput) -> Result<Self, Error> {
+        input.materials.iter().try_for_each(validate_material)?;
+        input.lights.iter().try_for_each(validate_light)?;
+        for object in &input.objects {
+            validate_object(object, input.materials.len())?;
+        }
+        let mut world = Self {
+            materials: input.materials.clone(),
+            objects: Vec::with_capacity(input.objects.len()),
+            vertices: Vec::new(),
+            faces: Vec::new(),
+            lights: input.lights.clone(),
+            diagonal: 0.0,
+            warnings: Vec::new(),
+        };
+        for object in &input.objects {
+            let transform = &object.world_from_object;
+            let first_vertex = world.vertices.len() as u32;
+            world.vertices.extend(object.positions.iter().map(|&p| transform.transform_point3(p)));
+            world.objects.push(WorldObject { first_vertex, faces: 0..0, receives: object.receives });
+        }
+        world.centre();
+        for (id, object) in input.objects.iter().enumerate() {
+            world.add_faces(ObjectId::new(id), object);
+        }
+        world.drop_lights_without_area();
+        Ok(world)
+    }
+
+    /// The corners of a face, in the order of the source triangle.
+    pub(crate) fn corners(&self, face: &Face) -> [DVec3; 3] {
+        face.vertices.map(|v| self.vertices[v as usize])
+    }
+
+    /// The corners of a face, counter-clockwise about its normal.
+    pub(crate) fn front_corners(&self, face: &Face) -> [DVec3; 3] {
+        let [a, b, c] = self.corners(face);
+        if (b - a).cross(c - a).dot(face.normal) >= 0.0 { [a, b, c] } else { [a, c, b] }
+    }
+
+    /// The material of a face.
+    pub(crate) fn material(&self, face: FaceId) -> &MaterialInput {
+        &self.materials[self.faces[face.index()].material as usize]
+    }
+
+    /// Whether a face belongs to an object that is baked.
+    pub(crate) fn receives(&self, face: FaceId) -> bool {
+        self.objects[self.faces[face.index()].object.index()].receives
+    }
+
+    /// Far from the origin f64 loses what f32 input still had; about its own centre a scene keeps all of it.
+    fn centre(&mut self) {
+        let outlines = self.lights.iter().flat_map(|l| &l.outline);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &p in self.vertices.iter().chain(outlines) {
+            low = low.min(p);
+            high = high.max(p);
+        }
+        if low.x > high.x {
+            return;
+        }
+        let centre = 0.5 * (low + high);
+        self.diagonal = (high - low).length();
+        self.vertices.iter_mut().for_each(|p| *p -= centre);
+        self.lights.iter_mut().flat_map(|l| &mut l.outline).for_each(|p| *p -= centre);
+        // An f32 coordinate of size c is known to c * 2^-24; below a millionth of the scene nobody can see it.
+        let resolution = centre.abs().max_element() * f64::from(f32::EPSILON) * 0.5;
+        if resolution > 1e-6 * self.diagonal {
+            self.warnings.push(format!(
+                "the scene lies {:.3e} m from the origin: single-precision coordinates there are {resolution:.1e} m \
+                 apart, {:.1e} of the scene's size; move it closer for exact contacts",
+                centre.length(),
+                resolution / self.diagonal
+            ));
+        }
+    }
+
+    fn add_faces(&mut self, id: ObjectId, object: &ObjectInput) {
+        let first_face = self.faces.len();
+        let first_vertex = self.objects[id.index()].first_vertex;
+        let linear = DMat3::from_mat4(object.world_from_object);
+        let mirror = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+        // The cofactor matrix turns normals even where the transform has no inverse.
+        let cofactors = DMat3::from_cols(
+            linear.y_axis.cross(linear.z_axis),
+            linear.z_axis.cross(linear.x_axis),
+            linear.x_axis.cross(linear.y_axis),
+        ) * mirror;
+        for (t, triangle) in object.triangles.iter().enumerate() {
+            let vertices = triangle.map(|v| first_vertex + v);
+            let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
+            let cross = (b - a).cross(c - a);
+            let longest_squared = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+            let double_area = cross.length();
+            if double_area <= FLATTEST * longest_squared || double_area < f64::MIN_POSITIVE {
+                continue;
+            }
+            let normal = cross * (mirror / double_area);
+            let corner_normals = object.corner_normals.as_ref().and_then(|all| {
+                let mut turned = [normal; 3];
+                for (turned, n) in turned.iter_mut().zip(all[t]) {
+                    *turned = (cofactors * n).try_normalize().unwrap_or(normal);
+                }
+                // A flat face given with corner normals is a flat face.
+                let flat = turned.iter().all(|n| n.distance_squared(normal) < SAME_NORMAL);
+                (!flat).then_some(turned)
+            });
+            self.faces.push(Face {
+                object: id,
+                source_triangle: t as u32,
+                vertices,
+                normal,
+                area: 0.5 * double_area,
+                material: object.triangle_materials[t],
+                corner_normals,
+            });
+        }
+        self.objects[id.index()].faces = first_face..self.faces.len();
+        if !object.triangles.is_empty() && first_face == self.faces.len() {
+            self.warnings.push(format!("object “{}” has no face with an area and is left out", object.name));
+        }
+    }
+
+    fn drop_lights_without_area(&mut self) {
+        let warnings = &mut self.warnings;
+        self.lights.retain(|light| {
+            let has_area = crate::visibility::ConvexPolygon::new(&light.outline).is_some();
+            if !has_area {
+                warnings.push(format!("light “{}” has no area and is left out", light.name));
+            }
+            has_area
+        });
+    }
+}
+
+/// Squared distance below which two unit normals are the same: an angle of 1e-5, a hundred roundings of f32. Smaller
+/// would split the corners of one smooth fan, larger would melt facets of a 100,000-gon together.
+pub(crate) const SAME_NORMAL: f64 = 1e-10;
+
+const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
+fn validate_material(material: &MaterialInput) -> Result<(), Error> {
+    let name = || material.name.clone();
+    for (channel, &value) in CHANNELS.into_iter().zip(&material.reflectance_rgb) {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Error::ReflectanceOutOfRange { material: name(), channel, value });
+        }
+    }
+    for (channel, &value) in CHANNELS.into_iter().zip(&material.exitance_rgb) {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(Error::ExitanceInvalid { material: name(), channel, value });
+        }
+    }
+    Ok(())
+}
+
+fn validate_light(light: &AreaLightInput) -> Result<(), Error> {
+    let finite =
+        light.exitance_rgb.iter().all(|v| v.is_finite()) && light.outline.iter().all(|p| p.is_finite());
+    if finite { Ok(()) } else { Err(Error::LightNotFinite { light: light.name.clone() }) }
+}
+
+fn validate_object(object: &ObjectInput, materials: usize) -> Result<(), Error> {
+    let name = || object.name.clone();
+    let expect = |array, got, expected| {
+        if got == expected {
+            Ok(())
+        } else {
+            Err(Error::LengthMismatch { object: name(), array, got, expected })
+        }
+    };
+    expect("triangle_materials", object.triangle_materials.len(), object.triangles.len())?;
+    if let Some(normals) = &object.corner_normals {
+        expect("corner_normals", normals.len(), object.triangles.len())?;
+        if let Some(corner) = normals.as_flattened().iter().position(|n| !n.is_finite()) {
+            return Err(Error::NormalNotFinite { object: name(), corner });
+        }
+    }
+    if !object.world_from_object.is_finite() {
+        return Err(Error::TransformNotFinite { object: name() });
+    }
+    let transform = &object.world_from_object;
+    let vertices = object.positions.len();
+    if let Some(vertex) = object.positions.iter().position(|&p| !transform.transform_point3(p).is_finite()) {
+        return Err(Error::VertexNotFinite { object: name(), vertex });
+    }
+    for (triangle, corners) in object.triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices) {
+            return Err(Error::VertexOutOfRange { object: name(), triangle, vertex, vertices });
+        }
+    }
+    for (triangle, &material) in object.triangle_materials.iter().enumerate() {
+        if material as usize >= materials {
+            return Err(Error::MaterialOutOfRange { object: name(), triangle, material, materials });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,132 @@
+//! Where the light is: sent, arrived, waiting to be sent, and what is still to come.
+
+use glam::DVec3;
+
+use crate::mesh::Side;
+use crate::transport::form_factors::FormFactorPair;
+use crate::transport::sources::{PatchId, SourceId, Sources};
+
+/// The light that was never shot may scale the indirect light by this much at most. It would be blotchy long before:
+/// a few first bounces do not tell where the last ones go.
+const MOST_CLOSING: f64 = 2.0;
+
+/// The power balance of a solution by shooting, per colour channel.
+#[derive(Debug, Clone)]
+pub(crate) struct Balance {
+    /// Radiosity that each source has not sent yet, W/m².
+    pub(crate) unshot: Vec<DVec3>,
+    /// Irradiance of each patch, front and back, W/m².
+    patch_irradiance: Vec<[DVec3; 2]>,
+    /// Power sent, and power that arrived anywhere, W.
+    shot: DVec3,
+    landed: DVec3,
+    landed_indirect: DVec3,
+}
+
+impl Balance {
+    /// All emission is unshot.
+    pub(crate) fn new(sources: &Sources) -> Self {
+        let mut unshot = vec![DVec3::ZERO; sources.len()];
+        for (unshot, emitter) in unshot.iter_mut().zip(&sources.emitters) {
+            *unshot = emitter.exitance;
+        }
+        Self {
+            unshot,
+            patch_irradiance: vec![[DVec3::ZERO; 2]; sources.patches.len()],
+            shot: DVec3::ZERO,
+            landed: DVec3::ZERO,
+            landed_indirect: DVec3::ZERO,
+        }
+    }
+
+    /// The source with the most unshot power; none when there is no unshot light.
+    pub(crate) fn strongest(&self, sources: &Sources) -> Option<SourceId> {
+        let mut strongest = (0.0, None);
+        for (index, unshot) in self.unshot.iter().enumerate() {
+            let source = SourceId::new(index);
+            let power = unshot.abs().element_sum() * sources.area(source);
+            if power > strongest.0 {
+                strongest = (power, Some(source));
+            }
+        }
+        strongest.1
+    }
+
+    /// Moves a source's unshot light to the patches that see it, by their mean form factors.
+    pub(crate) fn shoot(&mut self, source: SourceId, sources: &Sources, means: &[FormFactorPair]) {
+        let radiosity = std::mem::take(&mut self.unshot[source.index()]);
+        self.shot += radiosity * sources.area(source);
+        let mut landed = DVec3::ZERO;
+        for (index, (means, patch)) in means.iter().zip(&sources.patches).enumerate() {
+            for side in Side::BOTH {
+                let mean = f64::from(means[side as usize]);
+                if mean != 0.0 {
+                    self.patch_irradiance[index][side as usize] += mean * radiosity;
+                    landed += mean * patch.polygon.area() * radiosity;
+                    let reflected = sources.of_patch(PatchId::new(index), side);
+                    self.unshot[reflected.index()] += patch.reflectance * mean * radiosity;
+                }
+            }
+        }
+        self.landed += landed;
+        if !sources.is_emitter(source) {
+            self.landed_indirect += landed;
+        }
+    }
+
+    /// Share of all light that has not arrived yet: 1 at first, towards 0.
+    pub(crate) fn remaining(&self, sources: &Sources) -> f64 {
+        let future = self.future(sources).abs().element_sum();
+        if future == 0.0 { 0.0 } else { future / (future + self.landed.abs().element_sum()) }
+    }
+
+    /// What the indirect light must be scaled by to hold the light that was never shot, as if it went where the
+    /// indirect light so far went.
+    pub(crate) fn closing_factor(&self, sources: &Sources) -> DVec3 {
+        let (future, landed) = (self.future(sources), self.landed_indirect);
+        let channel = |k: usize| if landed[k] > 0.0 { (1.0 + future[k] / landed[k]).clamp(1.0, MOST_CLOSING) } else { 1.0 };
+        DVec3::new(channel(0), channel(1), channel(2))
+    }
+
+    /// Mean radiosity that the baked surfaces will reflect in the end, over the channels; `white` takes every
+    /// surface as white.
+    pub(crate) fn mean_baked(&self, sources: &Sources, white: bool) -> f64 {
+        let (mut reflected, mut area) = (DVec3::ZERO, 0.0);
+        for (irradiance, patch) in self.patch_irradiance.iter().zip(&sources.patches) {
+            if patch.receives {
+                let reflectance = if white { DVec3::ONE } else { patch.reflectance };
+                reflected += patch.polygon.area() * reflectance * irradiance[Side::Front as usize];
+                area += patch.polygon.area();
+            }
+        }
+        let future = self.future(sources);
+        let growth = |k: usize| if self.landed[k] > 0.0 { 1.0 + future[k] / self.landed[k] } else { 1.0 };
+        let mean = reflected * DVec3::new(growth(0), growth(1), growth(2)) / area;
+        if area > 0.0 { mean.element_sum() / 3.0 } else { 0.0 }
+    }
+
+    /// Power that will still arrive, counting all bounces: what is unshot lands like what was shot, and is reflected
+    /// by what it lands on.
+    fn future(&self, sources: &Sources) -> DVec3 {
+        let mut unshot = DVec3::ZERO;
+        for (index, radiosity) in self.unshot.iter().enumerate() {
+            unshot += *radiosity * sources.area(SourceId::new(index));
+        }
+        let (mut reflected, mut arrived) = (DVec3::ZERO, DVec3::ZERO);
+        for (irradiance, patch) in self.patch_irradiance.iter().zip(&sources.patches) {
+            let power = (irradiance[0] + irradiance[1]) * patch.polygon.area();
+            reflected += patch.reflectance * power;
+            arrived += power;
+        }
+        let channel = |k: usize| {
+            if self.shot[k] == 0.0 {
+                return unshot[k];
+            }
+            let landing = (self.landed[k] / self.shot[k]).clamp(0.0, 1.0);
+            let reflectance = if arrived[k] == 0.0 { 0.0 } else { (reflected[k] / arrived[k]).clamp(0.0, 1.0) };
+            // A closed white room never gets dark; its factor is bounded like its reflectance by rounding.
+            unshot[k] * landing / (1.0 - reflectance * landing).max(1e-9)
+        };
+        DVec3::new(channel(0), channel(1), channel(2))
+    }
+}

@@ -1,0 +1,222 @@
+//! Visible form factors from many samples to one source: exact where it pays, by counted rays in a crowd.
+//!
+//! Samples are gathered in clusters of neighbours; one shaft per cluster finds the polygons that could block any of
+//! them. Most shafts are empty.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+
+use crate::index::SampleId;
+use crate::mesh::{Mesh, Side};
+use crate::visibility::blockers::{Blockers, TooMany};
+use crate::visibility::rays::sampled_form_factor;
+use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
+use crate::visibility::{ConvexPolygon, Receiver, Scratch, unoccluded_form_factor, visible_form_factor};
+
+/// Samples in a cluster. One shaft costs as much as a few exact evaluations; fewer samples share it too seldom, more
+/// make it so wide that it is never empty.
+const CLUSTER_SIZE: usize = 32;
+
+/// Candidates of a cluster's shaft beyond which every sample asks for its own: each candidate costs every sample of
+/// the cluster about 10 ns to reject.
+const MOST_SHARED: usize = 96;
+
+/// Candidates up to which the exact form factor is always used; it then costs less than four rays.
+const ALWAYS_EXACT: usize = 16;
+
+/// Candidates up to which the exact form factor is used where the source matters: beyond, a point's cost grows
+/// faster than the rays' (measured: 3.5 µs at 16 blockers that all matter, 18 µs at 32).
+const MOST_EXACT: usize = 48;
+
+/// Most rays for one form factor; its error is then about 1/22 of what stays half hidden.
+const MOST_RAYS: f64 = 128.0;
+
+/// Share of the tolerance that the noise of one source's rays may use up at one sample. Noise of hundreds of sources
+/// adds up in quadrature and is averaged over neighbouring samples.
+const RAY_NOISE: f64 = 0.1;
+
+/// How the polygons that may block were found.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Candidates<'a> {
+    /// All that may matter to any of the receivers.
+    Shared(&'a [u32]),
+    /// Too many for all of them together: ask again for each one.
+    Crowd,
+}
+
+/// How often each way was taken; sums do not depend on the order.
+#[derive(Debug, Default)]
+struct Counters {
+    exact: AtomicU64,
+    sampled: AtomicU64,
+    rays: AtomicU64,
+}
+
+/// Scratch space of one thread.
+#[derive(Default)]
+pub(crate) struct Workspace {
+    kernel: Scratch,
+    own: Vec<u32>,
+    shared: Vec<u32>,
+}
+
+/// Evaluates form factors in one scene.
+pub(crate) struct FormFactors<'a> {
+    pub(crate) blockers: &'a Blockers,
+    counters: Counters,
+}
+
+impl<'a> FormFactors<'a> {
+    pub(crate) fn new(blockers: &'a Blockers) -> Self {
+        Self { blockers, counters: Counters::default() }
+    }
+
+    /// How many form factors were exact, how many were sampled, and the rays that took.
+    pub(crate) fn counts(&self) -> [u64; 3] {
+        let Counters { exact, sampled, rays } = &self.counters;
+        [exact, sampled, rays].map(|count| count.load(Ordering::Relaxed))
+    }
+
+    /// Collects what may come between receiver points and a source.
+    pub(crate) fn candidates<'w>(&self, shaft: &Shaft, found: &'w mut Vec<u32>) -> Candidates<'w> {
+        match self.blockers.candidates(shaft, MOST_SHARED, found) {
+            Ok(()) => Candidates::Shared(found),
+            Err(TooMany) => Candidates::Crowd,
+        }
+    }
+
+    /// The visible form factor from one receiver to the sending side of a source.
+    ///
+    /// `weight`: radiosity that a form factor of one would bring, relative to the wanted error.
+    /// `seed`: fixes the rays, when there are any.
+    pub(crate) fn visible(
+        &self,
+        receiver: &Receiver,
+        source: &ConvexPolygon,
+        candidates: Candidates,
+        weight: f64,
+        seed: u64,
+        workspace: &mut Workspace,
+    ) -> f64 {
+        if !faces(receiver, source) {
+            return 0.0;
+        }
+        let Workspace { kernel, own, .. } = workspace;
+        let candidates = match candidates {
+            Candidates::Shared(shared) if shared.len() <= ALWAYS_EXACT => Some(shared),
+            _ => {
+                let plane = Some((receiver.position, receiver.normal));
+                let shaft = Shaft::new(&[receiver.position], &[], source, plane);
+                match self.blockers.candidates(&shaft, MOST_EXACT, own) {
+                    Ok(()) => Some(own.as_slice()),
+                    Err(TooMany) => None,
+                }
+            }
+        };
+        let rays = || rays_for(weight * unoccluded_form_factor(receiver, source));
+        if let Some(candidates) = candidates
+            && (candidates.len() <= ALWAYS_EXACT || rays() as usize >= candidates.len())
+            && let Ok(found) = visible_form_factor(receiver, source, self.blockers.polygons(), candidates, kernel)
+        {
+            self.counters.exact.fetch_add(1, Ordering::Relaxed);
+            return found.value;
+        }
+        let count = rays();
+        self.counters.sampled.fetch_add(1, Ordering::Relaxed);
+        self.counters.rays.fetch_add(u64::from(count), Ordering::Relaxed);
+        sampled_form_factor(receiver, source, self.blockers, count, seed)
+    }
+}
+
+/// Whether any light can go straight from the sending side of the source to the receiver.
+pub(crate) fn faces(receiver: &Receiver, source: &ConvexPolygon) -> bool {
+    let vertices = source.vertices();
+    source.normal().dot(receiver.position - vertices[0]) > 0.0
+        && vertices.iter().any(|&v| receiver.normal.dot(v - receiver.position) > 0.0)
+}
+
+/// Rays after which the noise of a source that could bring `potential` (in wanted errors) is below [`RAY_NOISE`]:
+/// the stratified rms error of a half-hidden source is about 0.4 N^(-3/4) of it.
+fn rays_for(potential: f64) -> u32 {
+    (0.4 * potential / RAY_NOISE).powf(4.0 / 3.0).ceil().clamp(1.0, MOST_RAYS) as u32
+}
+
+/// Form factors of one sample: front and back. Single precision is far finer than any tolerance, and columns are
+/// what fills the memory.
+pub(crate) type FormFactorPair = [f32; 2];
+
+/// Neighbouring samples.
+#[derive(Debug)]
+pub(crate) struct Cluster {
+    pub(crate) samples: Vec<SampleId>,
+    low: DVec3,
+    high: DVec3,
+}
+
+/// Groups the first `count` samples of a mesh into clusters along a Morton curve.
+pub(crate) fn clusters(mesh: &Mesh, count: usize) -> Vec<Cluster> {
+    let positions = mesh.samples[..count].iter().map(|s| s.position);
+    let low = positions.clone().fold(DVec3::INFINITY, DVec3::min);
+    let size = (positions.clone().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element().max(f64::MIN_POSITIVE);
+    let mut order: Vec<(u64, u32)> =
+        positions.enumerate().map(|(i, p)| (morton((p - low) / size), i as u32)).collect();
+    order.sort_unstable();
+    (order.chunks(CLUSTER_SIZE))
+        .map(|chunk| {
+            let samples: Vec<SampleId> = chunk.iter().map(|&(_, i)| SampleId::new(i as usize)).collect();
+            let points = samples.iter().flat_map(|&s| Side::BOTH.map(|side| mesh.sample(s).receiver(side).position));
+            let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
+            let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
+            Cluster { samples, low, high }
+        })
+        .collect()
+}
+
+/// Interleaves 21 bits of each coordinate of a point in the unit cube.
+fn morton(p: DVec3) -> u64 {
+    let spread = |v: f64| {
+        let mut x = (v * 2_097_151.0) as u64 & 0x1F_FFFF;
+        for (shift, mask) in [
+            (32, 0x1F_0000_0000_FFFF),
+            (16, 0x1F_0000_FF00_00FF),
+            (8, 0x100F_00F0_0F00_F00F),
+            (4, 0x10C3_0C30_C30C_30C3),
+            (2, 0x1249_2492_4924_9249),
+        ] {
+            x = (x | (x << shift)) & mask;
+        }
+        x
+    };
+    spread(p.x) | (spread(p.y) << 1) | (spread(p.z) << 2)
+}
+
+impl FormFactors<'_> {
+    /// The form factors of all samples of a cluster, in its order.
+    pub(crate) fn of_cluster(
+        &self,
+        mesh: &Mesh,
+        cluster: &Cluster,
+        source: &ConvexPolygon,
+        weight: f64,
+        workspace: &mut Workspace,
+    ) -> Vec<FormFactorPair> {
+        let mut pairs = vec![[0.0; 2]; cluster.samples.len()];
+        // Most clusters lie behind a source or face away from it.
+        let receivers = cluster.samples.iter().map(|&s| Side::BOTH.map(|side| mesh.sample(s).receiver(side)));
+        if !receivers.clone().flatten().any(|receiver| faces(&receiver, source)) {
+            return pairs;
+        }
+        let mut shared = std::mem::take(&mut workspace.shared);
+        let shaft = Shaft::new(&box_corners(cluster.low, cluster.high), &BOX_EDGES, source, None);
+        let candidates = self.candidates(&shaft, &mut shared);
+        for ((pair, receivers), &sample) in pairs.iter_mut().zip(receivers).zip(&cluster.samples) {
+            for (k, receiver) in receivers.iter().enumerate() {
+                let seed = 2 * sample.index() as u64 + k as u64;
+                pair[k] = self.visible(receiver, source, candidates, weight, seed, workspace) as f32;
+            }
+        }
+        workspace.shared = shared;
+        pairs
+    }
+}

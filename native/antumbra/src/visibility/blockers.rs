@@ -1,0 +1,189 @@
+//! Everything that blocks light, with a search tree over it.
+//!
+//! The f32 tree (obvhs `Bvh2`) only narrows down who could block: its boxes are grown by their rounding, and every
+//! decision is made in f64 on the polygons themselves.
+
+use glam::{DVec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::ray::Ray;
+
+use crate::visibility::ConvexPolygon;
+use crate::visibility::shaft::Shaft;
+
+/// The blocking polygons of a scene.
+pub(crate) struct Blockers {
+    polygons: Vec<ConvexPolygon>,
+    tree: Option<Bvh2>,
+    /// Size of the scene, for the length of rays.
+    diagonal: f64,
+}
+
+/// More candidates than the caller asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct TooMany;
+
+impl Blockers {
+    /// Builds the tree. Polygons keep their indices.
+    pub(crate) fn new(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
+        if polygons.is_empty() {
+            return Self { polygons, tree: None, diagonal };
+        }
+        let mut boxes: Vec<Aabb> = polygons.iter().map(grown_box).collect();
+        // obvhs 0.4.0 gives a primitive centred on the maximum bound the Morton code 0, far from its neighbours, and
+        // closed axis-aligned rooms are full of those; two specks outside the bounds keep everything off the bound.
+        let whole = boxes.iter().fold(Aabb::empty(), |whole, b| whole.union(b));
+        let margin = 1e-3 * whole.diagonal() + Vec3A::splat(f32::MIN_POSITIVE);
+        boxes.push(Aabb::from_point(whole.min - margin));
+        boxes.push(Aabb::from_point(whole.max + margin));
+        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        Self { polygons, tree: Some(tree), diagonal }
+    }
+
+    /// All polygons, by index.
+    pub(crate) fn polygons(&self) -> &[ConvexPolygon] {
+        &self.polygons
+    }
+
+    /// Collects the polygons that could block light inside the shaft, in ascending order.
+    ///
+    /// # Errors
+    /// [`TooMany`] as soon as there are more than `limit`.
+    pub(crate) fn candidates(&self, shaft: &Shaft, limit: usize, found: &mut Vec<u32>) -> Result<(), TooMany> {
+        found.clear();
+        let Some(tree) = &self.tree else { return Ok(()) };
+        let mut stack = smallvec::SmallVec::<[u32; 96]>::new();
+        stack.push(0);
+        while let Some(index) = stack.pop() {
+            let node = &tree.nodes[index as usize];
+            let (low, high) = (node.aabb.min.as_dvec3(), node.aabb.max.as_dvec3());
+            if !shaft.may_touch_box(low, high) {
+                continue;
+            }
+            if !node.is_leaf() {
+                stack.push(node.first_index);
+                stack.push(node.first_index + 1);
+                continue;
+            }
+            let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+            for &polygon in &tree.primitive_indices[range] {
+                let Some(candidate) = self.polygons.get(polygon as usize) else { continue };
+                if shaft.may_block(candidate) {
+                    if found.len() == limit {
+                        return Err(TooMany);
+                    }
+                    found.push(polygon);
+                }
+            }
+        }
+        // The tree's order depends on its builder; the kernel's rounding must not.
+        found.sort_unstable();
+        Ok(())
+    }
+
+    /// Whether any polygon crosses the open segment between two points.
+    pub(crate) fn blocks_segment(&self, from: DVec3, to: DVec3) -> bool {
+        let Some(tree) = &self.tree else { return false };
+        let span = to - from;
+        let direction = span.as_vec3a();
+        if direction == Vec3A::ZERO {
+            return false;
+        }
+        // The boxes are grown by their own rounding; the ray's origin is rounded the same way, so start a little
+        // behind it and end a little beyond.
+        let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0 / span.length()) as f32;
+        let ray = Ray::new(from.as_vec3a(), direction, -slack, 1.0 + slack);
+        !tree.ray_traverse_miss(ray, |_, primitive| {
+            let polygon = tree.primitive_indices[primitive] as usize;
+            match self.polygons.get(polygon) {
+                Some(polygon) if crosses(polygon, from, span) => 0.0,
+                _ => f32::INFINITY,
+            }
+        })
+    }
+}
+
+/// The polygon's box, grown by the rounding of its corners to f32 and of a ray's origin.
+fn grown_box(polygon: &ConvexPolygon) -> Aabb {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for &v in polygon.vertices() {
+        low = low.min(v);
+        high = high.max(v);
+    }
+    let grow = |v: DVec3| v.abs().as_vec3a() * (4.0 * f32::EPSILON) + Vec3A::splat(f32::MIN_POSITIVE);
+    Aabb::new(low.as_vec3a() - grow(low), high.as_vec3a() + grow(high))
+}
+
+/// Whether the open segment `from + t·span`, 0 < t < 1, crosses the polygon.
+fn crosses(polygon: &ConvexPolygon, from: DVec3, span: DVec3) -> bool {
+    let normal = polygon.normal();
+    let vertices = polygon.vertices();
+    let start = normal.dot(from - vertices[0]);
+    let end = normal.dot(from + span - vertices[0]);
+    if start * end >= 0.0 {
+        return false;
+    }
+    // The segment passes on the same side of every edge: signs of volumes, nothing is projected.
+    let side = |a: DVec3, b: DVec3| (a - from).cross(b - from).dot(span);
+    let mut previous = vertices[vertices.len() - 1];
+    let (mut left, mut right) = (true, true);
+    for &v in vertices {
+        let s = side(previous, v);
+        left &= s >= 0.0;
+        right &= s <= 0.0;
+        previous = v;
+    }
+    left || right
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A closed axis-aligned room with tessellated walls: the case that obvhs' Morton codes wrap on.
+    #[test]
+    fn tree_of_a_tessellated_room_stays_tight() {
+        let n = 24;
+        let mut polygons = Vec::new();
+        for axis in 0..3 {
+            for side in [0.0, 1.0] {
+                for i in 0..n {
+                    for j in 0..n {
+                        let at = |u: f64, v: f64| {
+                            let mut p = DVec3::splat(side);
+                            p[(axis + 1) % 3] = u / f64::from(n);
+                            p[(axis + 2) % 3] = v / f64::from(n);
+                            p
+                        };
+                        let (u, v) = (f64::from(i), f64::from(j));
+                        let corners = [at(u, v), at(u + 1.0, v), at(u + 1.0, v + 1.0), at(u, v + 1.0)];
+                        polygons.push(ConvexPolygon::new(&corners).expect("a square has an area"));
+                    }
+                }
+            }
+        }
+        let blockers = Blockers::new(polygons, 3.0_f64.sqrt());
+        let tree = blockers.tree.as_ref().expect("there are polygons");
+        let area: f32 = tree.nodes.iter().map(|node| node.aabb.surface_area()).sum();
+        let root = tree.nodes[0].aabb.surface_area();
+        assert!(area < 40.0 * root, "the nodes' area is {} times the root's", area / root);
+    }
+
+    #[test]
+    fn segment_is_blocked_by_what_it_crosses_and_by_nothing_else() {
+        let square = |z: f64| {
+            let corner = |x, y| DVec3::new(x, y, z);
+            ConvexPolygon::new(&[corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)])
+                .expect("a square has an area")
+        };
+        let blockers = Blockers::new(vec![square(0.0), square(1.0)], 2.0);
+        let at = DVec3::new;
+        assert!(blockers.blocks_segment(at(0.5, 0.5, -1.0), at(0.5, 0.5, 0.5)));
+        assert!(!blockers.blocks_segment(at(0.5, 0.5, 0.1), at(0.5, 0.5, 0.9)));
+        assert!(!blockers.blocks_segment(at(1.5, 0.5, -1.0), at(1.5, 0.5, 2.0)));
+        // A segment that starts or ends on a polygon does not cross it.
+        assert!(!blockers.blocks_segment(at(0.5, 0.5, 0.0), at(0.2, 0.3, 1.0)));
+    }
+}

@@ -1,0 +1,70 @@
+//! The fallback for crowds of blockers: stratified shadow rays to points on the source (the paper's visibility test,
+//! after Wallace, Elmquist and Haines 1989).
+//!
+//! Used only where the exact test would cost more than it is worth; every use is counted and reported. The rays of a
+//! receiver depend on its number alone, so the result is the same on any number of threads.
+
+use glam::DVec3;
+
+use crate::visibility::blockers::Blockers;
+use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
+
+/// Generators of the R2 sequence (Roberts 2018): the two-dimensional golden ratio's inverse powers.
+const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+
+/// The visible form factor by `count` rays: the unblocked share of the kernel's weight times the exact unblocked
+/// form factor, so that it is exact where all rays agree.
+pub(crate) fn sampled_form_factor(
+    receiver: &Receiver,
+    source: &ConvexPolygon,
+    blockers: &Blockers,
+    count: u32,
+    seed: u64,
+) -> f64 {
+    let shift = [unit(splitmix(seed)), unit(splitmix(seed ^ 0x9E37_79B9_7F4A_7C15))];
+    let (mut visible, mut total) = (0.0, 0.0);
+    for i in 0..count {
+        let uv: [f64; 2] = std::array::from_fn(|k| (shift[k] + R2[k] * f64::from(i + 1)).fract());
+        let point = point_on(source, uv);
+        let to = point - receiver.position;
+        let distance_squared = to.length_squared();
+        let weight = receiver.normal.dot(to) * source.normal().dot(to).abs() / (distance_squared * distance_squared);
+        if !(weight > 0.0) {
+            continue;
+        }
+        total += weight;
+        if !blockers.blocks_segment(receiver.position, point) {
+            visible += weight;
+        }
+    }
+    if total > 0.0 { unoccluded_form_factor(receiver, source) * (visible / total) } else { 0.0 }
+}
+
+/// A point of the polygon, uniform in area: `u` picks a triangle of its fan, then both fold into the triangle.
+fn point_on(polygon: &ConvexPolygon, [u, v]: [f64; 2]) -> DVec3 {
+    let vertices = polygon.vertices();
+    let apex = vertices[0];
+    let double_area = |i: usize| (vertices[i] - apex).cross(vertices[i + 1] - apex).dot(polygon.normal());
+    let mut at = u * (1..vertices.len() - 1).map(double_area).sum::<f64>();
+    for i in 1..vertices.len() - 1 {
+        let area = double_area(i);
+        if at < area || i == vertices.len() - 2 {
+            let s = (at / area).clamp(0.0, 1.0).sqrt();
+            return apex + s * (1.0 - v) * (vertices[i] - apex) + s * v * (vertices[i + 1] - apex);
+        }
+        at -= area;
+    }
+    apex
+}
+
+/// Steele, Lea and Flood's splitmix64: neighbouring seeds give unrelated values.
+fn splitmix(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+}

@@ -1,0 +1,163 @@
+//! The shaft between receivers and a source: the convex hull outside of which nothing can block
+//! (Haines and Wallace, *Shaft Culling for Efficient Ray-Traced Radiosity*, 1991).
+//!
+//! Conservative: what it rejects cannot come between; what it keeps may not come between either.
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+use crate::visibility::ConvexPolygon;
+
+/// Slack of all side tests, relative to the distances in them: rounding of a dot product of f64 differences.
+const ROUNDING: f64 = 1e-13;
+
+/// A half-space `normal·p >= offset`.
+#[derive(Debug, Clone, Copy)]
+struct HalfSpace {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl HalfSpace {
+    /// Whether all of a box lies outside.
+    fn excludes_box(&self, low: DVec3, high: DVec3) -> bool {
+        let farthest = DVec3::select(self.normal.cmpge(DVec3::ZERO), high, low);
+        self.normal.dot(farthest) < self.offset
+    }
+}
+
+/// The hull of a set of receiver points and a source polygon.
+#[derive(Debug, Clone)]
+pub(crate) struct Shaft {
+    low: DVec3,
+    high: DVec3,
+    sides: SmallVec<[HalfSpace; 24]>,
+    /// The planes of the source and of a flat receiver. What lies in them hides nothing.
+    caps: SmallVec<[HalfSpace; 2]>,
+    slack: f64,
+}
+
+impl Shaft {
+    /// Between receiver points, given with the edges of their hull, and a source.
+    ///
+    /// `receiver_plane`: a point on and the normal of a plane in front of which all light arrives, when there is one.
+    pub(crate) fn new(
+        points: &[DVec3],
+        edges: &[[usize; 2]],
+        source: &ConvexPolygon,
+        receiver_plane: Option<(DVec3, DVec3)>,
+    ) -> Self {
+        let bounds = source_bounds(source);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &p in points.iter().chain(source.vertices()) {
+            low = low.min(p);
+            high = high.max(p);
+        }
+        let slack = ROUNDING * (high - low).length();
+        let mut shaft = Self { low, high, sides: SmallVec::new(), caps: SmallVec::new(), slack };
+        // Sides through an edge of the source and a receiver point, then the other way round.
+        for i in 0..bounds.len() {
+            let (a, b) = (bounds[i], bounds[(i + 1) % bounds.len()]);
+            points.iter().for_each(|&p| shaft.add_if_supporting(a, b, p, points, &bounds));
+        }
+        for &[i, j] in edges {
+            bounds.iter().for_each(|&q| shaft.add_if_supporting(points[i], points[j], q, points, &bounds));
+        }
+        // Blockers behind the source, or behind the receivers' horizon, do not matter.
+        let normal = source.normal();
+        let source_offset = normal.dot(source.vertices()[0]);
+        let in_front = points.iter().all(|&p| normal.dot(p) >= source_offset);
+        let behind = points.iter().all(|&p| normal.dot(p) <= source_offset);
+        if in_front || behind {
+            let normal = if in_front { normal } else { -normal };
+            shaft.caps.push(HalfSpace { normal, offset: normal.dot(source.vertices()[0]) + slack });
+        }
+        if let Some((point, normal)) = receiver_plane {
+            shaft.caps.push(HalfSpace { normal, offset: normal.dot(point) + slack });
+        }
+        shaft
+    }
+
+    /// Whether any part of a box may lie inside.
+    pub(crate) fn may_touch_box(&self, low: DVec3, high: DVec3) -> bool {
+        self.low.cmple(high).all()
+            && self.high.cmpge(low).all()
+            && !self.sides.iter().chain(&self.caps).any(|side| side.excludes_box(low, high))
+    }
+
+    /// Whether a polygon may come between the receivers and the source. A polygon in the plane of the source or of
+    /// the receivers hides nothing.
+    pub(crate) fn may_block(&self, polygon: &ConvexPolygon) -> bool {
+        let vertices = polygon.vertices();
+        !self.sides.iter().chain(&self.caps).any(|side| vertices.iter().all(|&v| side.normal.dot(v) <= side.offset))
+            && (0..3).all(|axis| {
+                vertices.iter().any(|v| v[axis] >= self.low[axis])
+                    && vertices.iter().any(|v| v[axis] <= self.high[axis])
+            })
+    }
+
+    fn add_if_supporting(&mut self, a: DVec3, b: DVec3, c: DVec3, points: &[DVec3], bounds: &[DVec3]) {
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { return };
+        let slack = self.slack;
+        let (mut least, mut most) = (0.0_f64, 0.0_f64);
+        for &p in points.iter().chain(bounds) {
+            let distance = normal.dot(p - a);
+            least = least.min(distance);
+            most = most.max(distance);
+            if least < -slack && most > slack {
+                return;
+            }
+        }
+        // All points within the slack: a flat hull, bounded by its box and its other sides.
+        if least >= -slack && most > slack {
+            self.sides.push(HalfSpace { normal, offset: normal.dot(a) + least - slack });
+        } else if most <= slack && least < -slack {
+            self.sides.push(HalfSpace { normal: -normal, offset: -normal.dot(a) - most - slack });
+        }
+    }
+}
+
+/// The source's corners, or a rectangle around it when it has many: a looser shaft that is cheaper to build.
+fn source_bounds(source: &ConvexPolygon) -> SmallVec<[DVec3; 8]> {
+    let vertices = source.vertices();
+    if vertices.len() <= 6 {
+        return vertices.iter().copied().collect();
+    }
+    let origin = vertices[0];
+    let x = (vertices[1] - origin).normalize();
+    let y = source.normal().cross(x);
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for &v in vertices {
+        for (k, axis) in [x, y].into_iter().enumerate() {
+            low[k] = low[k].min(axis.dot(v - origin));
+            high[k] = high[k].max(axis.dot(v - origin));
+        }
+    }
+    let corner = |u: f64, v: f64| origin + u * x + v * y;
+    [
+        corner(low[0], low[1]),
+        corner(high[0], low[1]),
+        corner(high[0], high[1]),
+        corner(low[0], high[1]),
+    ]
+    .into_iter()
+    .collect()
+}
+
+/// The twelve edges of a box whose corner `k` takes the high coordinate of axis `a` where bit `a` of `k` is set.
+pub(crate) const BOX_EDGES: [[usize; 2]; 12] =
+    [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+
+/// The corners of a box, in the order of [`BOX_EDGES`].
+pub(crate) fn box_corners(low: DVec3, high: DVec3) -> [DVec3; 8] {
+    std::array::from_fn(|k| {
+        DVec3::new(
+            if k & 1 == 0 { low.x } else { high.x },
+            if k & 2 == 0 { low.y } else { high.y },
+            if k & 4 == 0 { low.z } else { high.z },
+        )
+    })
+}
+
+/// The edges of a triangle.
+pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
