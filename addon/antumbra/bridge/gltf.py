@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baked objects as glTF, their light as COLOR_0.
+
+Blender's exporter writes a colour attribute unchanged only where a material uses it as Color Attribute -> Background ->
+Output, which is an unlit material in glTF. glTF allows colours from 0 to 1 only, so all are divided by the brightest one;
+each node's extras hold that number as `antumbra_scale`, and COLOR_0 times it is the radiance.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import addon_utils
+import bpy
+import numpy as np
+
+from ..core.errors import InputError
+from .mesh_read import RADIOSITY
+from .properties import state_of
+
+SCALE_PROPERTY = "antumbra_scale"
+
+
+def export_glb(scene: bpy.types.Scene, path: Path) -> None:
+    """Write the baked objects of the scene to a .glb; the scene is as before afterwards."""
+    baked = [obj for obj in scene.objects if state_of(obj).role in ("BAKED", "REPLACED")]
+    if not baked:
+        raise InputError("there is no bake to export")
+    if not hasattr(bpy.types, "EXPORT_SCENE_OT_gltf"):
+        addon_utils.enable("io_scene_gltf2")
+    export_scene = bpy.data.scenes.new("Antumbra Export")
+    copies: list[bpy.types.Object] = []
+    material = _unlit_material()
+    try:
+        scale = max(1.0, *(_brightest(obj.data) for obj in baked))
+        for obj in baked:
+            copies.append(_export_copy(obj, material, scale))
+            export_scene.collection.objects.link(copies[-1])
+        with bpy.context.temp_override(scene=export_scene, view_layer=export_scene.view_layers[0]):
+            bpy.ops.export_scene.gltf(
+                filepath=str(path),
+                export_format="GLB",
+                use_active_scene=True,
+                export_extras=True,
+                export_animations=False,
+                export_apply=False,
+            )
+    finally:
+        meshes = [copy.data for copy in copies]
+        bpy.data.batch_remove([*copies, export_scene])
+        bpy.data.batch_remove([*meshes, material])
+
+
+def _export_copy(obj: bpy.types.Object, material: bpy.types.Material, scale: float) -> bpy.types.Object:
+    mesh: Any = obj.data.copy()  # type: ignore[union-attr]
+    mesh.materials.clear()
+    mesh.materials.append(material)
+    mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), dtype=np.int32))
+    colours = _colours(mesh)
+    colours[:, :3] = np.clip(colours[:, :3] / scale, 0.0, 1.0)
+    mesh.attributes[RADIOSITY].data.foreach_set("color", colours.reshape(-1))
+    copy = bpy.data.objects.new(obj.name, mesh)
+    copy.matrix_world = obj.matrix_world
+    copy[SCALE_PROPERTY] = scale
+    return copy
+
+
+def _unlit_material() -> bpy.types.Material:
+    material = bpy.data.materials.new("Antumbra Export")
+    if not material.use_nodes:
+        material.use_nodes = True
+    tree: Any = material.node_tree
+    tree.nodes.clear()
+    colour = tree.nodes.new("ShaderNodeVertexColor")
+    colour.layer_name = RADIOSITY
+    background = tree.nodes.new("ShaderNodeBackground")
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(colour.outputs["Color"], background.inputs["Color"])
+    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    return material
+
+
+def _colours(mesh: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
+    colours = np.empty(len(mesh.loops) * 4, dtype=np.float32)
+    mesh.attributes[RADIOSITY].data.foreach_get("color", colours)
+    return colours.reshape(-1, 4)
+
+
+def _brightest(mesh: Any) -> float:
+    return float(_colours(mesh)[:, :3].max(initial=0.0))

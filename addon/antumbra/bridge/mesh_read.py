@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An evaluated mesh to arrays, by foreach_get into buffers of Blender's own types."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.record import Attribute, FloatArray, IntArray, Surface
+from .attribute_types import STRUCTURE, read_attribute
+
+RADIOSITY = "Radiosity"
+"""Name of the colour attribute that a bake writes."""
+
+
+def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
+    """The mesh as triangles; None when it has no faces. Loose vertices and edges take no part in a bake."""
+    mesh.calc_loop_triangles()
+    if len(mesh.loop_triangles) == 0:
+        return None
+    triangle_count, corner_count, face_count = len(mesh.loop_triangles), len(mesh.loops), len(mesh.polygons)
+
+    triangle_corners = _ints(mesh.loop_triangles, "loops", triangle_count * 3).reshape(-1, 3)
+    corner_edges = _ints(mesh.loops, "edge_index", corner_count)
+    face_starts = _ints(mesh.polygons, "loop_start", face_count)
+    return Surface(
+        positions=_vectors(mesh.vertices, "co", len(mesh.vertices)),
+        triangles=_ints(mesh.loop_triangles, "vertices", triangle_count * 3).reshape(-1, 3),
+        triangle_corners=triangle_corners,
+        triangle_faces=_ints(mesh.loop_triangles, "polygon_index", triangle_count),
+        triangle_edges=_triangle_edges(triangle_corners, corner_edges, face_starts),
+        face_materials=_ints(mesh.polygons, "material_index", face_count),
+        corner_normals=(
+            None if mesh.normals_domain == "FACE" else _vectors(mesh.corner_normals, "vector", corner_count)
+        ),
+        has_custom_normals=mesh.has_custom_normals,
+        active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active else "",
+        active_render_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
+    )
+
+
+def read_attributes(mesh: bpy.types.Mesh) -> tuple[list[Attribute], list[str]]:
+    """What a refined mesh has to carry on, and the names of what it cannot."""
+    sizes = {
+        "POINT": len(mesh.vertices),
+        "EDGE": len(mesh.edges),
+        "FACE": len(mesh.polygons),
+        "CORNER": len(mesh.loops),
+    }
+    carried, lost = [], []
+    for attribute in mesh.attributes:
+        # Names with a dot are Blender's own and hidden: selection, visibility, pins. Seams were one of them before 4.4.
+        hidden = attribute.is_internal or attribute.name.startswith(".")
+        if attribute.name in STRUCTURE or attribute.name == RADIOSITY or (hidden and attribute.name != ".uv_seam"):
+            continue
+        copy = read_attribute(attribute, sizes[attribute.domain])
+        if copy is None:
+            lost.append(attribute.name)
+        else:
+            carried.append(copy)
+    return carried, lost
+
+
+def _triangle_edges(triangle_corners: IntArray, corner_edges: IntArray, face_starts: IntArray) -> IntArray:
+    """(T, 3) mesh edges from corner k to k+1; -1 for the diagonals that triangulation drew."""
+    # The corner that follows each corner around its face.
+    following = np.arange(1, len(corner_edges) + 1, dtype=np.int32)
+    face_ends = np.append(face_starts[1:], len(corner_edges))
+    following[face_ends - 1] = face_starts
+    on_edge = following[triangle_corners] == np.roll(triangle_corners, -1, axis=1)
+    return np.asarray(np.where(on_edge, corner_edges[triangle_corners], -1), dtype=np.int32)
+
+
+def _ints(collection: Any, prop: str, size: int) -> IntArray:
+    values: NDArray[np.int32] = np.empty(size, dtype=np.int32)
+    collection.foreach_get(prop, values)
+    return values
+
+
+def _vectors(collection: Any, prop: str, size: int) -> FloatArray:
+    values: NDArray[np.float32] = np.empty(size * 3, dtype=np.float32)
+    collection.foreach_get(prop, values)
+    return values.reshape(-1, 3)

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A refined mesh to Blender, by foreach_set of whole buffers: a million triangles in under a second."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..core.carry import (
+    BakedMesh,
+    carry_attribute,
+    carry_edge_attribute,
+    carry_normals,
+    radiance_rgba,
+    source_edge_of_corner,
+)
+from ..core.lights import Floats
+from ..core.record import Attribute, FloatArray, IntArray, Surface
+from .attribute_types import write_attribute
+from .mesh_read import RADIOSITY
+
+
+def write_mesh(
+    name: str,
+    surface: Surface,
+    baked: BakedMesh,
+    materials: list[bpy.types.Material | None],
+    world_from_object: Floats | None = None,
+) -> bpy.types.Mesh:
+    """A new mesh with the baked faces, their light and all that the source mesh carried.
+
+    With world_from_object the mesh is written in world space.
+    """
+    mesh = bpy.data.meshes.new(name)
+    for material in materials:
+        mesh.materials.append(material)
+
+    # Vertices, corners and faces; Blender finds the edges
+    positions, normals = baked.positions, carry_normals(surface, baked)
+    if world_from_object is not None:
+        positions = positions @ world_from_object[:3, :3].T + world_from_object[:3, 3]
+        if normals is not None:
+            normals = _transformed_normals(normals, world_from_object)
+    _write_faces(mesh, positions, baked.triangles)
+
+    # Attributes by domain; those on edges need the edges' new numbers
+    attributes = surface.attributes or []
+    for attribute in attributes:
+        if attribute.domain != "EDGE":
+            write_attribute(mesh, carry_attribute(attribute, surface, baked))
+    _write_edge_attributes(mesh, [a for a in attributes if a.domain == "EDGE"], surface, baked)
+    _activate_uv_maps(mesh, surface)
+
+    # Light
+    write_attribute(mesh, Attribute(RADIOSITY, "CORNER", "FLOAT_COLOR", radiance_rgba(baked), blends=True))
+    mesh.color_attributes.active_color_name = RADIOSITY
+    mesh.color_attributes.render_color_index = mesh.color_attributes.find(RADIOSITY)
+
+    if normals is not None:
+        _write_normals(mesh, normals)
+    mesh.update()
+    return mesh
+
+
+def _write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) -> None:
+    corner_count = len(triangles) * 3
+    mesh.vertices.add(len(positions))
+    mesh.loops.add(corner_count)
+    mesh.polygons.add(len(triangles))
+    position: Any = mesh.attributes["position"]
+    position.data.foreach_set("vector", np.ascontiguousarray(positions, dtype=np.float32).reshape(-1))
+    corners = np.ascontiguousarray(triangles, dtype=np.int32).reshape(-1)
+    corner_vertex: Any = mesh.attributes.get(".corner_vert")
+    if corner_vertex is not None:
+        corner_vertex.data.foreach_set("value", corners)
+    else:
+        # The name is internal to Blender; this is the slower public way.
+        mesh.loops.foreach_set("vertex_index", corners)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, corner_count, 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+
+
+def _write_edge_attributes(
+    mesh: bpy.types.Mesh, attributes: list[Attribute], surface: Surface, baked: BakedMesh
+) -> None:
+    if not attributes:
+        return
+    source_edge = source_edge_of_corner(surface, baked)
+    baked_edge = np.empty(len(mesh.loops), dtype=np.int32)
+    mesh.loops.foreach_get("edge_index", baked_edge)
+    for attribute in attributes:
+        write_attribute(mesh, carry_edge_attribute(attribute, source_edge, baked_edge, len(mesh.edges)))
+
+
+def _activate_uv_maps(mesh: bpy.types.Mesh, surface: Surface) -> None:
+    if surface.active_uv:
+        mesh.uv_layers.active = mesh.uv_layers[surface.active_uv]
+    if surface.active_render_uv:
+        mesh.uv_layers[surface.active_render_uv].active_render = True
+
+
+def _write_normals(mesh: bpy.types.Mesh, normals: FloatArray) -> None:
+    # From 4.5 on, normals can be stored as they are; before, Blender turns them into its corners' own frames.
+    if bpy.app.version >= (4, 5, 0):
+        write_attribute(mesh, Attribute("custom_normal", "CORNER", "FLOAT_VECTOR", normals, blends=True))
+    else:
+        mesh.normals_split_custom_set(normals)  # type: ignore[arg-type]
+
+
+def _transformed_normals(normals: FloatArray, world_from_object: Floats) -> FloatArray:
+    # Normals go by the inverse transpose; the cofactor matrix is that times the determinant, and never divides by 0.
+    x, y, z = world_from_object[:3, 0], world_from_object[:3, 1], world_from_object[:3, 2]
+    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+    turned = normals @ cofactors.T
+    lengths = np.linalg.norm(turned, axis=1, keepdims=True)
+    return np.asarray(turned / np.maximum(lengths, np.finfo(np.float64).tiny), dtype=np.float32)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene as a render would see it, as a SceneRecord.
+
+Every mesh that renders blocks and reflects; those of the receiving objects are baked, their instances included. Objects
+made by an earlier bake are passed over, and their hidden originals are read in their place.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.lights import Floats
+from ..core.record import ObjectRecord, SceneRecord, Surface, name_list
+from ..core.settings import Settings
+from .depsgraph import with_render_depsgraph
+from .lights import read_light, read_world
+from .materials import MaterialReader
+from .mesh_read import read_attributes, read_surface
+from .originals import originals_shown
+from .properties import state_of
+from .surroundings import scene_of, view_layer_of
+
+
+def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
+    """Read everything a bake needs; raises InputError and leaves the file as it was."""
+    check_mode(context)
+    selected = None if settings.receivers == "ALL" else selected_uids(context)
+    if selected is not None and not selected:
+        raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
+    with originals_shown(scene_of(context)):
+        reader = _SceneReader(selected)
+        with_render_depsgraph(context, reader.visit)
+    if selected is not None and not any(record.receives for record in reader.scene.objects):
+        raise InputError("no selected object is a mesh with faces that is visible in renders")
+    return reader.scene
+
+
+def check_mode(context: bpy.types.Context) -> None:
+    """Raise InputError outside Object Mode, where meshes are held back by their editor."""
+    if context.mode != "OBJECT":
+        mode = context.mode.replace("_", " ").title()
+        raise InputError(f"Antumbra bakes in Object Mode only, and this is {mode} mode")
+
+
+def selected_uids(context: bpy.types.Context) -> set[int]:
+    """session_uids of the selected objects, baked ones standing for their sources."""
+    uids = set()
+    for obj in view_layer_of(context).objects.selected:
+        state = state_of(obj)
+        source = state.source if state.role == "BAKED" and state.source is not None else obj
+        uids.add(source.session_uid)
+    return uids
+
+
+class _SceneReader:
+    """Visits one depsgraph."""
+
+    def __init__(self, selected: set[int] | None) -> None:
+        self.scene = SceneRecord()
+        self._selected = selected
+        self._materials = MaterialReader(self.scene)
+        # Instances of one mesh share its arrays; Blender keeps the meshes alive during the visit.
+        self._surfaces: dict[int, Surface | None] = {}
+        self._without_area: list[str] = []
+
+    def visit(self, depsgraph: bpy.types.Depsgraph, probe_uid: int) -> None:
+        each: Any = depsgraph.object_instances
+        for instance in each:
+            original: Any = instance.object.original
+            if original.session_uid == probe_uid or not instance.show_self:
+                continue
+            # The matrix is gone with the loop's next step.
+            world_from_object = np.array(instance.matrix_world, dtype=np.float64)
+            if instance.object.type == "LIGHT":
+                read_light(instance.object.data, original.name, world_from_object, self.scene)
+            # Texts and curves come once more as meshes.
+            elif instance.object.type == "MESH" and state_of(original).role != "BAKED":
+                self._read_object(instance, world_from_object)
+        evaluated: Any = depsgraph.scene_eval
+        read_world(evaluated.world, self.scene)
+        if self._without_area:
+            self.scene.warnings.append(
+                f"objects whose faces have no area are left out: {name_list(self._without_area)}"
+            )
+
+    def _read_object(self, instance: Any, world_from_object: Floats) -> None:
+        obj: Any = instance.object
+        name = obj.original.name
+        owner: Any = instance.parent.original if instance.is_instance and instance.parent else obj.original
+        receives = self._selected is None or owner.session_uid in self._selected
+        surface = self._surface(obj, name, receives)
+        if surface is None:
+            return
+        if not _has_area(surface, world_from_object):
+            self._without_area.append(name)
+            return
+        slots = _slot_materials(obj)
+        self.scene.objects.append(
+            ObjectRecord(
+                name=name,
+                owner_uid=owner.session_uid,
+                is_instance=instance.is_instance,
+                surface=surface,
+                world_from_object=world_from_object,
+                slot_materials=tuple(self._materials.index(material) for material in slots or [None]),
+                slot_uids=tuple(None if material is None else material.original.session_uid for material in slots),
+                receives=receives,
+            )
+        )
+
+    def _surface(self, obj: Any, name: str, receives: bool) -> Surface | None:
+        mesh = obj.data
+        key = mesh.as_pointer()
+        if key not in self._surfaces:
+            self._surfaces[key] = read_surface(mesh)
+        surface = self._surfaces[key]
+        if surface is not None and receives and surface.attributes is None:
+            surface.attributes, lost = read_attributes(mesh)
+            if lost:
+                self.scene.warnings.append(f"object “{name}”: attributes of unknown types are lost: {name_list(lost)}")
+        return surface
+
+
+def _slot_materials(obj: Any) -> list[Any]:
+    """Materials by slot: the object's own where the slot says so, else those of its evaluated mesh."""
+    materials = list(obj.data.materials)
+    for index, slot in enumerate(obj.material_slots):
+        if slot.link == "OBJECT":
+            materials.extend([None] * (index + 1 - len(materials)))
+            materials[index] = slot.material
+    return materials
+
+
+def _has_area(surface: Surface, world_from_object: Floats) -> bool:
+    """Whether any face has an area in the world; what is not finite is left for the solver to name."""
+    edges = surface.positions[surface.triangles] @ world_from_object[:3, :3].T
+    doubled = np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0])
+    return bool(np.any(doubled != 0.0))

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The native solver behind core's protocols: SceneRecord in, its errors as BakeError out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import antumbra_native
+
+from ..core.bake import Job, Progress, Solution
+from ..core.errors import BakeError, CancelledError, InputError, NoLightError, SettingError, SolverBugError
+from ..core.record import SceneRecord
+from ..core.settings import Settings
+
+_Result = TypeVar("_Result")
+
+# From the most special to the most general; the first that fits is taken.
+_ERRORS: tuple[tuple[type[Exception], type[BakeError]], ...] = (
+    (antumbra_native.NoLightError, NoLightError),
+    (antumbra_native.NoReceiverError, InputError),
+    (antumbra_native.InvalidSettingError, SettingError),
+    (antumbra_native.InvalidSceneError, InputError),
+    (antumbra_native.BakeCancelled, CancelledError),
+    (antumbra_native.SolverPanicError, SolverBugError),
+    (antumbra_native.AntumbraError, BakeError),
+)
+
+
+def start(scene: SceneRecord, settings: Settings) -> Job:
+    """Hand the scene over and start the solver in a thread of its own."""
+    native = antumbra_native.Scene()
+    for material in scene.materials:
+        native.add_material(material.name, material.reflectance_rgb, material.exitance_rgb)
+    for record in scene.objects:
+        surface = record.surface
+        normals = surface.corner_normals
+        native.add_object(
+            record.name,
+            surface.positions,
+            surface.triangles,
+            record.triangle_materials(),
+            record.world_from_object,
+            None if normals is None else normals[surface.triangle_corners],
+            record.receives,
+        )
+    for light in scene.lights:
+        native.add_area_light(light.name, light.outline_world, light.exitance_rgb)
+    job = _translated(
+        lambda: antumbra_native.start(
+            native,
+            method=settings.method,
+            tolerance=settings.tolerance,
+            element_size=settings.element_size,
+            max_level=settings.max_level,
+            max_blockers=settings.max_blockers,
+            time_limit=settings.time_limit,
+            triangle_budget=settings.triangle_budget,
+            quantity=settings.quantity,
+        )
+    )
+    return _Job(job)
+
+
+class _Job:
+    """A native job that raises BakeError."""
+
+    def __init__(self, job: antumbra_native.Job) -> None:
+        self._job = job
+
+    def progress(self) -> Progress:
+        return self._job.progress()
+
+    def cancel(self) -> None:
+        self._job.cancel()
+
+    def stop(self) -> None:
+        self._job.stop()
+
+    def done(self) -> bool:
+        return self._job.done()
+
+    def result(self) -> Solution:
+        return _translated(self._job.result)
+
+
+def _translated(call: Callable[[], _Result]) -> _Result:
+    try:
+        return call()
+    except antumbra_native.AntumbraError as error:
+        ours = next(ours for theirs, ours in _ERRORS if isinstance(error, theirs))
+        raise ours(str(error)) from error

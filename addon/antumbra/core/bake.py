@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The course of one bake: read, solve, write, report. How each is done is the host's and the solver's business."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from .carry import BakedMesh
+from .errors import BakeError, InputError, NoLightError
+from .record import SceneRecord
+from .report import Timings, assemble
+from .settings import Settings
+
+
+class Progress(Protocol):
+    """How far the solver has come."""
+
+    @property
+    def stage(self) -> str: ...
+    @property
+    def fraction(self) -> float: ...
+    @property
+    def shots(self) -> int: ...
+    @property
+    def elements(self) -> int: ...
+    @property
+    def unshot(self) -> float: ...
+
+
+class Solution(Protocol):
+    """What the solver found."""
+
+    @property
+    def meshes(self) -> Sequence[BakedMesh]: ...
+    @property
+    def report(self) -> str: ...
+
+
+class Job(Protocol):
+    """A solver at work in a thread of its own; result() raises BakeError."""
+
+    def progress(self) -> Progress: ...
+    def cancel(self) -> None: ...
+    def stop(self) -> None: ...
+    def done(self) -> bool: ...
+    def result(self) -> Solution: ...
+
+
+class Host(Protocol):
+    """The program whose scene is baked. Both verbs leave it as it was when they raise."""
+
+    def read(self, settings: Settings) -> SceneRecord: ...
+    def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
+        """Return warnings."""
+
+
+# How often a waiting caller looks: often enough that a bar moves smoothly, seldom enough to cost nothing.
+_POLL_S = 0.02
+
+
+class Bake:
+    """One bake. `begin` reads and starts, `finish` writes; in between the host is free to go on."""
+
+    def __init__(self, host: Host, start: Callable[[SceneRecord, Settings], Job], settings: Settings) -> None:
+        self._host = host
+        self._start = start
+        self._settings = settings
+
+    def begin(self) -> None:
+        """Read the scene and start the solver."""
+        self._settings.validate()
+        self._cpu_start = time.process_time()
+        read_start = time.perf_counter()
+        self._scene = self._host.read(self._settings)
+        if not any(record.receives for record in self._scene.objects):
+            raise InputError("there is nothing to bake: no receiving mesh object has a face with area")
+        self._read_s = time.perf_counter() - read_start
+        self._solve_start = time.perf_counter()
+        self._job = self._start(self._scene, self._settings)
+
+    @property
+    def job(self) -> Job:
+        """The solver at work."""
+        return self._job
+
+    def wait(self, watch: Callable[[Progress], None] | None = None) -> None:
+        """Block until the solver is done, showing its progress to `watch`."""
+        while not self._job.done():
+            if watch is not None:
+                watch(self._job.progress())
+            time.sleep(_POLL_S)
+
+    def abandon(self) -> None:
+        """Cancel the solver and wait until its thread has ended."""
+        self._job.cancel()
+        try:
+            self._job.result()
+        except BakeError:
+            pass  # Whatever it ended with, nobody waits for it any more.
+
+    def finish(self) -> dict[str, Any]:
+        """Take the solution, write it and return the report; raises BakeError when there is none."""
+        try:
+            solution = self._job.result()
+        except NoLightError as error:
+            raise NoLightError(self._explain_darkness(str(error))) from None
+        solve_s = time.perf_counter() - self._solve_start
+        write_start = time.perf_counter()
+        write_warnings = self._host.write(self._scene, solution, self._settings)
+        timings = Timings(
+            read_s=self._read_s,
+            solve_s=solve_s,
+            write_s=time.perf_counter() - write_start,
+            cpu_s=time.process_time() - self._cpu_start,
+        )
+        return assemble(self._settings, solution.report, timings, self._scene.all_warnings() + write_warnings)
+
+    def _explain_darkness(self, message: str) -> str:
+        """Lights that were left out are the likeliest reason why a user sees light and the solver none."""
+        left_out = self._scene.lights_left_out_sentences()
+        return f"{message} ({'; '.join(left_out)})" if left_out else message

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Attributes carried from a source mesh to its refined mesh.
+
+Every baked vertex and corner knows its source triangle and its barycentric coordinates there. Values that blend are
+interpolated in double precision, so a source vertex keeps its value exactly; others take the value of the nearest
+source corner. Values on faces are copied, values on edges go to the pieces of that edge and are zero elsewhere.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lights import Floats
+from .record import Attribute, FloatArray, IntArray, Surface
+
+
+class BakedMesh(Protocol):
+    """The refined mesh as the solver returns it: V vertices, T triangles."""
+
+    @property
+    def object(self) -> int: ...
+    @property
+    def positions(self) -> Floats: ...
+    @property
+    def vertex_source_triangle(self) -> IntArray: ...
+    @property
+    def vertex_barycentric(self) -> Floats: ...
+    @property
+    def triangles(self) -> IntArray: ...
+    @property
+    def source_triangle(self) -> IntArray: ...
+    @property
+    def corner_barycentric(self) -> Floats: ...
+    @property
+    def source_edge(self) -> NDArray[np.int8]: ...
+    @property
+    def corner_radiance(self) -> FloatArray: ...
+
+
+def carry_attribute(attribute: Attribute, surface: Surface, baked: BakedMesh) -> Attribute:
+    """The attribute on the refined mesh, for the domains POINT, FACE and CORNER."""
+    match attribute.domain:
+        case "POINT":
+            sources = surface.triangles[baked.vertex_source_triangle]
+            values = _mix(attribute, sources, baked.vertex_barycentric)
+        case "CORNER":
+            # Repeat each triangle's three source corners for its three new corners.
+            sources = np.repeat(surface.triangle_corners[baked.source_triangle], 3, axis=0)
+            values = _mix(attribute, sources, baked.corner_barycentric.reshape(-1, 3))
+        case "FACE":
+            values = attribute.values[surface.triangle_faces[baked.source_triangle]]
+        case domain:
+            raise ValueError(f"attribute “{attribute.name}” on domain {domain} cannot be carried by corners")
+    return Attribute(attribute.name, attribute.domain, attribute.data_type, values, attribute.blends)
+
+
+def source_edge_of_corner(surface: Surface, baked: BakedMesh) -> IntArray:
+    """(3T,) for the edge that starts at each baked corner: the source mesh's edge it is a piece of, or -1."""
+    side = baked.source_edge.astype(np.int32)
+    edges = surface.triangle_edges[baked.source_triangle[:, None], np.maximum(side, 0)]
+    return np.asarray(np.where(side >= 0, edges, -1), dtype=np.int32).reshape(-1)
+
+
+def carry_edge_attribute(
+    attribute: Attribute, source_edge: IntArray, baked_edge_of_corner: IntArray, baked_edges: int
+) -> Attribute:
+    """The EDGE attribute on the refined mesh, whose edges Blender has numbered by now.
+
+    source_edge as from source_edge_of_corner(); baked_edge_of_corner (3T,) the new mesh's edge that starts there.
+    """
+    values = np.zeros((baked_edges, *attribute.values.shape[1:]), dtype=attribute.values.dtype)
+    on_edge = source_edge >= 0
+    values[baked_edge_of_corner[on_edge]] = attribute.values[source_edge[on_edge]]
+    return Attribute(attribute.name, "EDGE", attribute.data_type, values, attribute.blends)
+
+
+def carry_normals(surface: Surface, baked: BakedMesh) -> FloatArray | None:
+    """(3T, 3) shading normals to write as custom normals, or None where Blender's own come out right.
+
+    Blender derives smooth normals from the faces, and the pieces of a flat face are all flat: without custom normals a
+    refined smooth surface would show its facets.
+    """
+    if surface.corner_normals is None:
+        return None
+    refined = len(baked.triangles) != len(surface.triangles)
+    if not refined and not surface.has_custom_normals:
+        return None
+    sources = np.repeat(surface.triangle_corners[baked.source_triangle], 3, axis=0)
+    normals = _blend(surface.corner_normals, sources, baked.corner_barycentric.reshape(-1, 3))
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.maximum(lengths, np.finfo(np.float64).tiny), dtype=np.float32)
+
+
+def radiance_rgba(baked: BakedMesh) -> FloatArray:
+    """(3T, 4) the colours of the corners, opaque."""
+    rgba = np.ones((len(baked.triangles) * 3, 4), dtype=np.float32)
+    rgba[:, :3] = baked.corner_radiance.reshape(-1, 3)
+    return rgba
+
+
+def _mix(attribute: Attribute, sources: IntArray, barycentric: Floats) -> NDArray[Any]:
+    if attribute.blends:
+        return _blend(attribute.values, sources, barycentric).astype(attribute.values.dtype)
+    nearest = np.argmax(barycentric, axis=1)
+    return np.asarray(attribute.values[np.take_along_axis(sources, nearest[:, None], axis=1)[:, 0]])
+
+
+def _blend(values: NDArray[Any], sources: IntArray, barycentric: Floats) -> Floats:
+    """sum_k barycentric[:, k] · values[sources[:, k]] without ever holding all three terms."""
+    total = barycentric[:, 0, None] * values[sources[:, 0]]
+    for k in (1, 2):
+        total += barycentric[:, k, None] * values[sources[:, k]]
+    return np.asarray(total, dtype=np.float64)

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene as plain arrays: everything a bake needs of it, free of Blender's pointers.
+
+Blender's datablocks are named by their session_uid, which survives undo and renaming; a pointer would not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lights import Floats
+
+FloatArray = NDArray[np.float32]
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """A named layer of a mesh."""
+
+    name: str
+    domain: str
+    """POINT, EDGE, FACE or CORNER."""
+    data_type: str
+    """Blender's name, such as FLOAT2."""
+    values: NDArray[Any]
+    """(N, width), one row per element of the domain."""
+    blends: bool
+    """Whether values in between make sense; otherwise the nearest one is taken."""
+
+
+@dataclass(slots=True)
+class Surface:
+    """An evaluated mesh as triangles: V vertices, T triangles, C corners, E edges, F faces."""
+
+    positions: FloatArray
+    """(V, 3) in object space."""
+    triangles: IntArray
+    """(T, 3) vertices."""
+    triangle_corners: IntArray
+    """(T, 3) corners of the face that the triangle is a part of."""
+    triangle_faces: IntArray
+    """(T,)"""
+    triangle_edges: IntArray
+    """(T, 3) the mesh edge from corner k to k+1, or -1 inside a face."""
+    face_materials: IntArray
+    """(F,) material slots."""
+    corner_normals: FloatArray | None
+    """(C, 3) shading normals in object space; None when every face is flat."""
+    has_custom_normals: bool
+    attributes: list[Attribute] | None = None
+    """What a baked mesh has to carry on; None until a receiver asks for it."""
+    active_uv: str = ""
+    active_render_uv: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """A matte surface."""
+
+    name: str
+    reflectance_rgb: tuple[float, float, float]
+    exitance_rgb: tuple[float, float, float]
+    """pi·L in W/m², on both sides."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectRecord:
+    """One mesh in the world: an object, or one instance of one."""
+
+    name: str
+    """Of the object that owns the mesh."""
+    owner_uid: int
+    """session_uid of the object in the scene: the mesh's own, or the one that makes the instance."""
+    is_instance: bool
+    surface: Surface
+    world_from_object: Floats
+    """(4, 4)"""
+    slot_materials: tuple[int, ...]
+    """Per material slot: index into SceneRecord.materials; never empty."""
+    slot_uids: tuple[int | None, ...]
+    """Per material slot: session_uid of its material; empty when the mesh has no slots."""
+    receives: bool
+
+    def triangle_materials(self) -> IntArray:
+        """(T,) indices into SceneRecord.materials."""
+        slots = np.clip(self.surface.face_materials, 0, len(self.slot_materials) - 1)
+        materials = np.asarray(self.slot_materials, dtype=np.int32)
+        return np.asarray(materials[slots][self.surface.triangle_faces], dtype=np.int32)
+
+
+@dataclass(frozen=True, slots=True)
+class AreaLight:
+    """A flat light that shines to one side and does not block."""
+
+    name: str
+    outline_world: Floats
+    """(K, 3), convex, counter-clockwise seen from the lit side."""
+    exitance_rgb: tuple[float, float, float]
+
+
+@dataclass(slots=True)
+class SceneRecord:
+    """What was read: objects in the order in which the solver numbers them."""
+
+    objects: list[ObjectRecord] = field(default_factory=list)
+    materials: list[Material] = field(default_factory=list)
+    lights: list[AreaLight] = field(default_factory=list)
+    lights_left_out: dict[str, list[str]] = field(default_factory=dict)
+    """Names by the reason why they were left out."""
+    warnings: list[str] = field(default_factory=list)
+
+    def lights_left_out_sentences(self) -> list[str]:
+        """One sentence per reason, naming the lights."""
+        return [f"{reason}: {name_list(names)}" for reason, names in self.lights_left_out.items()]
+
+    def all_warnings(self) -> list[str]:
+        """One sentence each."""
+        return self.warnings + self.lights_left_out_sentences()
+
+
+def name_list(names: list[str], most: int = 5) -> str:
+    """“A”, “B” and 3 more."""
+    shown = ", ".join(f"“{name}”" for name in names[:most])
+    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""REPORT.json, format version 1: settings, scene, timings, timeline, result and warnings of one bake."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from .settings import Settings
+
+REPORT_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Timings:
+    """Seconds; cpu_s sums over all threads of the process."""
+
+    read_s: float
+    solve_s: float
+    write_s: float
+    cpu_s: float
+
+
+def assemble(settings: Settings, solver_report: str, timings: Timings, warnings: list[str]) -> dict[str, Any]:
+    """Join what the solver reports (JSON) with what was measured and noticed around it."""
+    solver = json.loads(solver_report)
+    return {
+        "version": REPORT_VERSION,
+        "settings": settings.as_dict(),
+        "scene": solver["scene"],
+        "timings": {
+            **solver.get("timings", {}),
+            "read_s": timings.read_s,
+            "solve_s": timings.solve_s,
+            "write_s": timings.write_s,
+            "cpu_s": timings.cpu_s,
+        },
+        "timeline": solver["timeline"],
+        "result": solver["result"],
+        "warnings": warnings + list(solver["warnings"]),
+    }

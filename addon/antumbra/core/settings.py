@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The settings of one bake: one table that the panel, the command line and the report all read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from .errors import SettingError
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One value of a setting that is chosen from a list."""
+
+    value: str
+    label: str
+    description: str
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """How a setting is shown and what it may be."""
+
+    label: str
+    description: str
+    default: bool | int | float | str
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    subtype: str = "NONE"
+    """Blender's subtype, which brings the unit."""
+    choices: tuple[Choice, ...] = ()
+
+
+# The largest value of Blender's integer properties.
+_INT_MAX = 2**31 - 1
+
+SPECS: Mapping[str, Spec] = {
+    "method": Spec(
+        "Method",
+        "How the mesh is refined",
+        "AS",
+        choices=(
+            Choice(
+                "ADM", "Shadow Boundaries", "Put mesh edges on the strong shadow boundaries, then refine adaptively"
+            ),
+            Choice("AS", "Adaptive", "Subdivide faces where the light on them changes"),
+            Choice("DM", "All Shadow Boundaries", "Put mesh edges on every shadow boundary"),
+            Choice("UNIFORM", "Uniform", "Cut every face to the same size: predictable, but wasteful"),
+        ),
+    ),
+    "tolerance": Spec(
+        "Tolerance",
+        "Wanted error of the light, as a share of the scene's mean light. Smaller is finer and slower",
+        0.01,
+        minimum=1e-6,
+        maximum=1.0,
+    ),
+    "element_size": Spec(
+        "Element Size",
+        "Longest edge before the light refines anything, in metres. 0 chooses it from the scene",
+        0.0,
+        minimum=0.0,
+        subtype="DISTANCE",
+    ),
+    "max_level": Spec(
+        "Max Subdivisions",
+        "How many times a face may be halved where the light changes. One more makes four times the triangles there",
+        8,
+        minimum=0,
+        maximum=16,
+    ),
+    "max_blockers": Spec(
+        "Max Blockers",
+        "A piece of surface with more shadow casters than this towards one light is subdivided before its shadow "
+        "boundaries are drawn",
+        4,
+        minimum=0,
+        maximum=_INT_MAX,
+    ),
+    "time_limit": Spec(
+        "Time Limit",
+        "Finish with the light found so far after this many seconds. 0 sets no limit",
+        0.0,
+        minimum=0.0,
+        subtype="TIME_ABSOLUTE",
+    ),
+    "triangle_budget": Spec(
+        "Triangle Budget",
+        "Stop refining at this many triangles in all baked meshes. 0 sets no limit",
+        0,
+        minimum=0,
+        maximum=_INT_MAX,
+    ),
+    "receivers": Spec(
+        "Bake",
+        "Which objects get baked. All objects that are visible in renders cast shadows and reflect light",
+        "SELECTED",
+        choices=(
+            Choice("SELECTED", "Selected Objects", "Bake the selected mesh objects"),
+            Choice("ALL", "All Objects", "Bake every mesh object that is visible in renders"),
+        ),
+    ),
+    "output": Spec(
+        "Output",
+        "Where the refined meshes go",
+        "NEW",
+        choices=(
+            Choice("NEW", "New Objects", 'Make new objects in the collection "Antumbra" and hide the originals'),
+            Choice("REPLACE", "Replace Meshes", "Give the objects the refined meshes; Remove Bake brings theirs back"),
+        ),
+    ),
+    "quantity": Spec(
+        "Quantity",
+        "What the colour attribute holds",
+        "RADIOSITY",
+        choices=(
+            Choice("RADIOSITY", "Light and Colour", "What the surface sends out, its emission included"),
+            Choice("IRRADIANCE", "Light Only", "What a white surface would send out: for use over textures"),
+        ),
+    ),
+}
+
+METHODS_AVAILABLE = ("AS", "UNIFORM")
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Settings of one bake; the names are those of `scene.antumbra` and of `--set NAME=VALUE`."""
+
+    method: str = "AS"
+    tolerance: float = 0.01
+    element_size: float = 0.0
+    max_level: int = 8
+    max_blockers: int = 4
+    time_limit: float = 0.0
+    triangle_budget: int = 0
+    receivers: str = "SELECTED"
+    output: str = "NEW"
+    quantity: str = "RADIOSITY"
+
+    def validate(self) -> None:
+        """Raise SettingError for the first value out of its range."""
+        for name, value in asdict(self).items():
+            spec = SPECS[name]
+            if spec.choices:
+                allowed = [choice.value for choice in spec.choices]
+                if value not in allowed:
+                    raise SettingError(f"setting {name} = {value}: must be one of {', '.join(allowed)}")
+            elif not (math.isfinite(value) and spec.minimum <= value <= spec.maximum):
+                raise SettingError(f"setting {name} = {value}: must be {_range_text(spec)}")
+        if self.method not in METHODS_AVAILABLE:
+            raise SettingError(
+                f"setting method = {self.method}: this method comes in a later release; "
+                f"choose {' or '.join(METHODS_AVAILABLE)}"
+            )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Name to value, in the order of the fields."""
+        return asdict(self)
+
+
+def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
+    """Turn `NAME=VALUE` texts into typed values by name; the last one of a name wins."""
+    return dict(_parse_assignment(text) for text in assignments)
+
+
+def _parse_assignment(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    name, value = name.strip(), value.strip()
+    if not equals:
+        raise SettingError(f"“{text}” is not of the form NAME=VALUE")
+    kinds = {field.name: type(SPECS[field.name].default) for field in fields(Settings)}
+    if name not in kinds:
+        raise SettingError(f"there is no setting “{name}”; the settings are {', '.join(kinds)}")
+    try:
+        return name, value.upper() if kinds[name] is str else kinds[name](value)
+    except ValueError:
+        wanted = "a whole number" if kinds[name] is int else "a number"
+        raise SettingError(f"setting {name} = {value}: must be {wanted}") from None
+
+
+def _range_text(spec: Spec) -> str:
+    if spec.maximum == math.inf:
+        return f"a number of at least {spec.minimum:g}"
+    return f"between {spec.minimum:g} and {spec.maximum:g}"

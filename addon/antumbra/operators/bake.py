@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bake, from a button as a job and from Python as one call."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..bridge import running
+from ..bridge.host import new_bake
+from ..bridge.properties import settings_of
+from ..bridge.surroundings import scene_of
+from ..core.errors import BakeError, CancelledError
+
+Result = set[Any]
+
+
+class ANTUMBRA_OT_bake(bpy.types.Operator):
+    """Compute the light on the chosen objects, refine their meshes where it changes, and store it as vertex colours"""
+
+    bl_idname = "antumbra.bake"
+    bl_label = "Bake Radiosity"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if running.is_running():
+            cls.poll_message_set("A bake is running")
+            return False
+        return context.scene is not None
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event | None) -> Result:
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            scene = scene_of(context)
+            running.start(new_bake(settings_of(scene)), scene)
+        except BakeError as error:
+            return _refuse(self, error)
+        # Handled, but nothing is done yet: the undo step belongs to the operator that writes the result.
+        return {"INTERFACE"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            bake = new_bake(settings_of(scene_of(context)))
+            bake.begin()
+            bake.wait()
+            report = bake.finish()
+        except BakeError as error:
+            return _refuse(self, error)
+        return _finish(self, report)
+
+
+class ANTUMBRA_OT_finish_bake(bpy.types.Operator):
+    """Write the light that was computed into the scene"""
+
+    bl_idname = "antumbra.finish_bake"
+    bl_label = "Bake Radiosity"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return running.is_running()
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            report = running.take().finish()
+        except CancelledError:
+            running.note_outcome("INFO", ["Cancelled; nothing was changed"])
+            return {"CANCELLED"}
+        except BakeError as error:
+            return _refuse(self, error)
+        return _finish(self, report)
+
+
+class ANTUMBRA_OT_stop_bake(bpy.types.Operator):
+    """Stop refining and keep the light found so far"""
+
+    bl_idname = "antumbra.stop_bake"
+    bl_label = "Stop and Keep"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return running.is_running()
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        running.request_stop()
+        return {"FINISHED"}
+
+
+class ANTUMBRA_OT_cancel_bake(bpy.types.Operator):
+    """Cancel the bake and change nothing"""
+
+    bl_idname = "antumbra.cancel_bake"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return running.is_running()
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        running.request_cancel()
+        return {"FINISHED"}
+
+
+def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
+    message = _sentence(str(error))
+    running.note_outcome("CANCEL", [message])
+    operator.report({"ERROR"}, message)
+    return {"CANCELLED"}
+
+
+def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
+    for warning in report["warnings"]:
+        operator.report({"WARNING"}, _sentence(warning))
+    icon, lines = running.outcome_of(report)
+    running.note_outcome(icon, [_sentence(line) for line in lines])
+    operator.report({"INFO"}, f"Baked {lines[0]}")
+    return {"FINISHED"}
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

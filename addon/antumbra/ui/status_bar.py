@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Progress in the status bar, with a button to keep what is there and an X to cancel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..bridge import running
+from ..operators import ANTUMBRA_OT_cancel_bake, ANTUMBRA_OT_stop_bake
+
+
+def _draw(header: Any, _context: bpy.types.Context) -> None:
+    if running.is_running():
+        draw_progress(header.layout.row(align=True))
+
+
+def draw_progress(row: Any) -> None:
+    """A bar, and the buttons that end the bake."""
+    progress = running.progress()
+    if progress is None:
+        return
+    waiting = running.waiting_for()
+    text = waiting or f"Antumbra: {progress.stage}, {progress.fraction:.0%}"
+    bar = row.row()
+    bar.ui_units_x = 12
+    bar.progress(factor=progress.fraction, text=text)
+    if not waiting:
+        row.operator(ANTUMBRA_OT_stop_bake.bl_idname, text="", icon="CHECKMARK")
+    row.operator(ANTUMBRA_OT_cancel_bake.bl_idname, text="", icon="X")
+
+
+def register() -> None:
+    bpy.types.STATUSBAR_HT_header.append(_draw)  # type: ignore[arg-type]
+
+
+def unregister() -> None:
+    bpy.types.STATUSBAR_HT_header.remove(_draw)  # type: ignore[arg-type]
