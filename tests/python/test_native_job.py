@@ -2,6 +2,7 @@
 """Job: a bake in a thread that can be watched, stopped, cancelled and dropped while Python goes on."""
 
 import gc
+import json
 import signal
 import threading
 import time
@@ -52,10 +53,11 @@ def test_cancel_is_prompt() -> None:
 
 
 def test_stop_keeps_what_there_is() -> None:
-    job = endless()
-    time.sleep(0.2)
+    job = antumbra_native.start(lit_floor(cells=8), tolerance=1e-4)
     job.stop()
-    assert len(job.result().meshes) == 1
+    bake = job.result()
+    assert len(bake.meshes) == 1
+    assert json.loads(bake.report)["result"]["ended_by"] == "stopped"
 
 
 def test_dropping_a_job_ends_its_thread() -> None:

@@ -65,7 +65,7 @@ def mesh_material(see_through_backs: bool) -> bpy.types.Material:
     material, nodes, links = new_material("mesh")
     wire = nodes.new("ShaderNodeWireframe")
     wire.use_pixel_size = True
-    wire.inputs["Size"].default_value = 1.2
+    wire.inputs["Size"].default_value = 0.9
     weight = nodes.new("ShaderNodeLayerWeight")
     shade = nodes.new("ShaderNodeMapRange")
     shade.inputs["To Min"].default_value = 0.85
