@@ -61,8 +61,8 @@ pub(crate) fn merge(halves: &[Half]) -> Vec<Merged> {
             merged.push(Merged { halves: SmallVec::from_slice(&[index, other]), polygon });
         } else {
             let [a, b, c] = half.positions;
-            let polygon = ConvexPolygon::triangle(a, b, c)
-                .expect("faces without area were left out; this is a bug in antumbra");
+            // A part of a sliver may be too thin to have a normal of its own.
+            let Some(polygon) = ConvexPolygon::triangle(a, b, c) else { continue };
             merged.push(Merged { halves: SmallVec::from_slice(&[index]), polygon });
         }
     }

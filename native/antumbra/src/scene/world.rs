@@ -8,17 +8,12 @@ use glam::{DMat3, DVec3};
 use crate::error::Error;
 use crate::index::{FaceId, typed_index};
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
+use crate::visibility::ConvexPolygon;
 
 typed_index! {
     /// Index of an object in [`SceneInput::objects`].
     ObjectId
 }
-
-/// A triangle is degenerate when its height is less than this share of its longest edge. f32 coordinates that are
-/// collinear by construction come out of an f64 transform collinear to about 1e-16; the thinnest triangle that f32
-/// can hold on purpose is 6e-8. Anything between the two works; a larger value drops real slivers, a smaller one
-/// keeps triangles whose normal is rounding noise.
-const FLATTEST: f64 = 1e-12;
 
 /// A triangle with an area.
 #[derive(Debug, Clone)]
@@ -97,12 +92,6 @@ impl World {
         face.vertices.map(|v| self.vertices[v as usize])
     }
 
-    /// The corners of a face, counter-clockwise about its normal.
-    pub(crate) fn front_corners(&self, face: &Face) -> [DVec3; 3] {
-        let [a, b, c] = self.corners(face);
-        if (b - a).cross(c - a).dot(face.normal) >= 0.0 { [a, b, c] } else { [a, c, b] }
-    }
-
     /// The material of a face.
     pub(crate) fn material(&self, face: FaceId) -> &MaterialInput {
         &self.materials[self.faces[face.index()].material as usize]
@@ -154,13 +143,8 @@ impl World {
         for (t, triangle) in object.triangles.iter().enumerate() {
             let vertices = triangle.map(|v| first_vertex + v);
             let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
-            let cross = (b - a).cross(c - a);
-            let longest_squared = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-            let double_area = cross.length();
-            if double_area <= FLATTEST * longest_squared || double_area < f64::MIN_POSITIVE {
-                continue;
-            }
-            let normal = cross * (mirror / double_area);
+            let Some(polygon) = ConvexPolygon::triangle(a, b, c) else { continue };
+            let normal = mirror * polygon.normal();
             let corner_normals = object.corner_normals.as_ref().and_then(|all| {
                 let mut turned = [normal; 3];
                 for (turned, n) in turned.iter_mut().zip(all[t]) {
@@ -175,7 +159,7 @@ impl World {
                 source_triangle: t as u32,
                 vertices,
                 normal,
-                area: 0.5 * double_area,
+                area: polygon.area(),
                 material: object.triangle_materials[t],
                 corner_normals,
             });
@@ -189,7 +173,7 @@ impl World {
     fn drop_lights_without_area(&mut self) {
         let warnings = &mut self.warnings;
         self.lights.retain(|light| {
-            let has_area = crate::visibility::ConvexPolygon::new(&light.outline).is_some();
+            let has_area = ConvexPolygon::new(&light.outline).is_some();
             if !has_area {
                 warnings.push(format!("light “{}” has no area and is left out", light.name));
             }

@@ -1,0 +1,207 @@
+"""The Antumbra radiosity solver.
+
+    scene = Scene()
+    white = scene.add_material("white", (0.8, 0.8, 0.8), (0, 0, 0))
+    scene.add_object("Floor", positions, triangles, materials, matrix, None, receives=True)
+    scene.add_area_light("Lamp", outline, (10, 10, 10))
+    bake = start(scene, tolerance=0.01).result()
+
+Lengths are metres, colours scene-linear rgb. Exitance is pi times the emitted radiance, in W/m².
+An array of the wrong type raises TypeError, one of the wrong shape ValueError; both name the object, the array,
+what came and what was expected. Everything else that can be wrong raises an AntumbraError.
+"""
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Floats: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
+_Integers: TypeAlias = NDArray[np.integer[Any]]
+
+__all__ = [
+    "AntumbraError",
+    "Bake",
+    "BakeCancelled",
+    "BakedMesh",
+    "InvalidSceneError",
+    "InvalidSettingError",
+    "Job",
+    "NoLightError",
+    "NoReceiverError",
+    "Progress",
+    "Scene",
+    "SolverPanicError",
+    "__version__",
+    "start",
+]
+
+__version__: str
+
+class AntumbraError(Exception):
+    """Base of every error the solver raises."""
+
+class InvalidSceneError(AntumbraError):
+    """The scene holds something that cannot be computed."""
+
+    object: str | None
+    """Name of the object it is about, where there is one."""
+    index: int | None
+    """Index of the vertex, corner or triangle it is about, where there is one."""
+
+class InvalidSettingError(AntumbraError):
+    """A setting is out of its range."""
+
+    setting: str | None
+    """Name of the setting."""
+
+class NoLightError(AntumbraError):
+    """Nothing in the scene sends light."""
+
+class NoReceiverError(AntumbraError):
+    """No surface is there to be baked."""
+
+class BakeCancelled(AntumbraError):
+    """The bake was cancelled."""
+
+class SolverPanicError(AntumbraError):
+    """The solver met a state it holds to be impossible: a bug in Antumbra."""
+
+@final
+class Scene:
+    """Everything that lights, shadows, reflects or receives.
+
+    Arrays are copied when they are added; their values are checked when the bake starts to solve.
+    """
+
+    def __new__(cls) -> Scene: ...
+    def add_material(self, name: str, reflectance: Sequence[float], exitance: Sequence[float]) -> int:
+        """Add a diffuse material, its exitance on both sides, and return its index."""
+
+    def add_object(
+        self,
+        name: str,
+        positions: _Floats,
+        triangles: _Integers,
+        materials: _Integers,
+        world_from_object: _Floats,
+        corner_normals: _Floats | None,
+        receives: bool,
+    ) -> int:
+        """Add a triangle mesh in its own space and return its index.
+
+        positions (V, 3), triangles (T, 3), materials (T,), world_from_object (4, 4) with rows as numpy and Blender
+        have them, corner_normals (T, 3, 3) in object space, or None to shade every triangle flat.
+        """
+
+    def add_area_light(self, name: str, outline: _Floats, exitance: Sequence[float]) -> None:
+        """Add a flat light that does not block.
+
+        outline (K, 3) is convex, in world space, and counter-clockwise seen from the one side that is lit.
+        """
+
+def start(
+    scene: Scene,
+    *,
+    method: str = "AS",
+    tolerance: float = 0.01,
+    element_size: float = 0.0,
+    max_level: int = 8,
+    max_blockers: int = 4,
+    time_limit: float = 0.0,
+    triangle_budget: int = 0,
+    quantity: str = "RADIOSITY",
+    threads: int = 0,
+) -> Job:
+    """Start a bake in a thread of its own and return at once.
+
+    The scene's data moves into the bake: starting a second one from it raises RuntimeError. A setting out of its
+    range raises InvalidSettingError and leaves the scene as it was. method is AS or UNIFORM, quantity RADIOSITY or
+    IRRADIANCE.
+    """
+
+@final
+class Job:
+    """A running bake. Dropping it cancels the bake and waits for its thread."""
+
+    def progress(self) -> Progress:
+        """Return the latest snapshot; never waits for the solver."""
+
+    def cancel(self) -> None:
+        """Ask the bake to give up; result() then raises BakeCancelled."""
+
+    def stop(self) -> None:
+        """Ask the bake to finish with what it has."""
+
+    def done(self) -> bool:
+        """Whether result() would return or raise at once."""
+
+    def result(self) -> Bake:
+        """Wait for the bake, without Python's lock, and hand it over or raise why there is none.
+
+        Can be called once. Ctrl+C while waiting cancels the bake.
+        """
+
+@final
+class Progress:
+    """A snapshot of how far a bake has come."""
+
+    @property
+    def stage(self) -> str:
+        """What the solver is doing, in lower-case English."""
+    @property
+    def fraction(self) -> float:
+        """Share of the expected work that is done, 0 to 1."""
+    @property
+    def shots(self) -> int:
+        """Shots so far."""
+    @property
+    def elements(self) -> int:
+        """Leaf elements of the mesh."""
+    @property
+    def unshot(self) -> float:
+        """Share of the emitted light that has not been distributed yet."""
+
+@final
+class Bake:
+    """The refined meshes with their light, and what it took to make them."""
+
+    @property
+    def meshes(self) -> list[BakedMesh]:
+        """One mesh per receiving object, in the order of the input."""
+    @property
+    def report(self) -> str:
+        """JSON with scene, timings, timeline, result and warnings."""
+
+@final
+class BakedMesh:
+    """A refined triangle mesh, V vertices and T triangles. The arrays share the solver's memory."""
+
+    @property
+    def object(self) -> int:
+        """Index that add_object returned."""
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(V, 3) in object space; source vertices keep their exact coordinates."""
+    @property
+    def vertex_source_triangle(self) -> NDArray[np.int32]:
+        """(V,) a source triangle that holds the vertex."""
+    @property
+    def vertex_barycentric(self) -> NDArray[np.float64]:
+        """(V, 3) the vertex in that triangle; exactly a unit vector at a source vertex."""
+    @property
+    def triangles(self) -> NDArray[np.int32]:
+        """(T, 3) corner vertices, wound like the source triangle."""
+    @property
+    def source_triangle(self) -> NDArray[np.int32]:
+        """(T,) the source triangle that the triangle is a part of."""
+    @property
+    def corner_barycentric(self) -> NDArray[np.float64]:
+        """(T, 3, 3) each corner in the source triangle."""
+    @property
+    def source_edge(self) -> NDArray[np.int8]:
+        """(T, 3) the source triangle's edge that edge k to k+1 lies on, 0 to 2, or -1."""
+    @property
+    def corner_radiance(self) -> NDArray[np.float32]:
+        """(T, 3, 3) scene-linear rgb per corner, B/pi or H/pi, never clipped."""

@@ -1,0 +1,68 @@
+//! `start`: checks the settings and moves the scene into a solving thread.
+
+use antumbra::settings::{Method, Quantity, Settings};
+use pyo3::prelude::*;
+
+use crate::errors::{invalid_setting, to_python};
+use crate::job::Job;
+use crate::scene::Scene;
+
+/// Starts a bake in a thread of its own and returns at once. The scene's data is moved into the bake.
+///
+/// Settings are checked before that: a refused one leaves the scene as it was.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "one keyword per setting, as in the add-on and its command line"
+)]
+#[pyfunction]
+#[pyo3(signature = (
+    scene, *, method = "AS", tolerance = 0.01, element_size = 0.0, max_level = 8, max_blockers = 4,
+    time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", threads = 0
+))]
+pub(crate) fn start(
+    py: Python<'_>,
+    scene: &Scene,
+    method: &str,
+    tolerance: f64,
+    element_size: f64,
+    max_level: i64,
+    max_blockers: i64,
+    time_limit: f64,
+    triangle_budget: i64,
+    quantity: &str,
+    threads: i64,
+) -> PyResult<Job> {
+    let settings = Settings {
+        method: choice(py, "method", method, &[("AS", Method::As), ("UNIFORM", Method::Uniform)])?,
+        tolerance,
+        element_size,
+        max_level: count(py, "max_level", max_level)?,
+        max_blockers: count(py, "max_blockers", max_blockers)?,
+        time_limit,
+        triangle_budget: count(py, "triangle_budget", triangle_budget)?,
+        quantity: choice(
+            py,
+            "quantity",
+            quantity,
+            &[("RADIOSITY", Quantity::Radiosity), ("IRRADIANCE", Quantity::Irradiance)],
+        )?,
+        threads: count(py, "threads", threads)?,
+    };
+    settings.validate().map_err(|error| to_python(py, &error))?;
+    Job::spawn(scene.take()?, settings)
+}
+
+fn choice<T: Copy>(py: Python<'_>, setting: &str, got: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    choices.iter().find(|(name, _)| *name == got).map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
+        let message = format!("setting {setting} = {got}: must be one of {}", names.join(", "));
+        invalid_setting(py, message, setting)
+    })
+}
+
+fn count<T: TryFrom<i64>>(py: Python<'_>, setting: &str, got: i64) -> PyResult<T> {
+    T::try_from(got).map_err(|_| {
+        let reason = if got < 0 { "must not be negative" } else { "is too large" };
+        invalid_setting(py, format!("setting {setting} = {got}: {reason}"), setting)
+    })
+}

@@ -1,0 +1,172 @@
+//! Closure: from any point in an enclosure, the visible form factors of all polygons sum to 1.
+//!
+//! The strongest test there is: whatever is hidden must be seen elsewhere, exactly once.
+
+mod common;
+
+use antumbra::visibility::{ConvexPolygon, Receiver, Scratch, visible_form_factor};
+use common::{Random, Solid, point_in};
+use glam::{DMat3, DVec3};
+
+const POINTS_PER_ROOM: usize = 40;
+const TOLERANCE: f64 = 1e-12;
+
+/// A closed scene: every polygon both lights and blocks.
+struct Room {
+    polygons: Vec<ConvexPolygon>,
+    enclosure: Solid,
+    /// Solids with coplanar faces that overlap, which only count once where one of them is hidden: seen from outside.
+    opaque: Vec<Solid>,
+}
+
+impl Room {
+    /// A cube, tetrahedron or prism, turned and stretched, its faces whole or triangulated.
+    fn random(random: &mut Random) -> Self {
+        let shape = match random.below(4) {
+            0 => Solid::tetrahedron(),
+            1 => Solid::prism(3),
+            2 => Solid::prism(5),
+            _ => Solid::cube(),
+        };
+        let stretch =
+            DVec3::new(random.between(0.5, 3.0), random.between(0.5, 3.0), random.between(0.5, 3.0));
+        let rotation = random.rotation();
+        let upright = random.below(3) == 0;
+        let enclosure =
+            shape.map(|corner| if upright { corner * stretch } else { rotation * (corner * stretch) });
+        let mut room = Self { polygons: Vec::new(), enclosure: enclosure.clone(), opaque: Vec::new() };
+        room.add(&enclosure, random);
+        room
+    }
+
+    fn add(&mut self, solid: &Solid, random: &mut Random) {
+        if random.below(2) == 0 {
+            self.polygons.extend(solid.polygons());
+        } else {
+            self.polygons.extend(solid.triangles(random));
+        }
+    }
+
+    fn point_inside(&self, random: &mut Random) -> DVec3 {
+        point_in(&self.enclosure.corners, random)
+    }
+
+    /// The sum of all visible form factors.
+    fn closure(&self, receiver: &Receiver, scratch: &mut Scratch) -> f64 {
+        let candidates: Vec<u32> = (0..self.polygons.len() as u32).collect();
+        let mut sum = 0.0;
+        for source in &self.polygons {
+            sum += visible_form_factor(receiver, source, &self.polygons, &candidates, scratch)
+                .expect("these rooms are simple")
+                .value;
+        }
+        sum
+    }
+
+    /// A receiver in the open, facing anywhere, or on any surface, facing to either side.
+    fn receiver(&self, random: &mut Random) -> Receiver {
+        loop {
+            let receiver = if random.below(2) == 0 {
+                Receiver { position: self.point_inside(random), normal: random.direction() }
+            } else {
+                let polygon = &self.polygons[random.below(self.polygons.len())];
+                let side = [-1.0, 1.0][random.below(2)];
+                Receiver { position: point_in(polygon.vertices(), random), normal: polygon.normal() * side }
+            };
+            let above = receiver.position + 1e-6 * receiver.normal;
+            if self.enclosure.contains(above) && !self.opaque.iter().any(|solid| solid.contains(above)) {
+                return receiver;
+            }
+        }
+    }
+
+    fn worst_defect(&self, random: &mut Random, scratch: &mut Scratch) -> f64 {
+        (0..POINTS_PER_ROOM)
+            .map(|_| (self.closure(&self.receiver(random), scratch) - 1.0).abs())
+            .fold(0.0, f64::max)
+    }
+}
+
+/// A small solid about `center`, which stays inside the room when `size` is small enough.
+fn small_solid(center: DVec3, size: f64, random: &mut Random) -> Solid {
+    let shape = match random.below(3) {
+        0 => Solid::tetrahedron(),
+        1 => Solid::prism(3 + random.below(4)),
+        _ => Solid::cube(),
+    };
+    let rotation = random.rotation();
+    shape.map(|corner| center + rotation * (corner * size))
+}
+
+fn assert_closed(seed: u64, rooms: usize, build: impl Fn(&mut Random) -> Room) {
+    let mut random = Random(seed);
+    let mut scratch = Scratch::new();
+    let mut worst = 0.0_f64;
+    for _ in 0..rooms {
+        let room = build(&mut random);
+        worst = worst.max(room.worst_defect(&mut random, &mut scratch));
+    }
+    println!("worst closure defect over {} points: {worst:.1e}", rooms * POINTS_PER_ROOM);
+    assert!(worst < TOLERANCE, "worst closure defect {worst:e}");
+}
+
+#[test]
+fn an_empty_room_closes() {
+    assert_closed(1, 40, Room::random);
+}
+
+#[test]
+fn a_room_with_a_floating_solid_closes() {
+    assert_closed(2, 60, |random| {
+        let mut room = Room::random(random);
+        let solid = small_solid(room.point_inside(random) * 0.5, 0.05, random);
+        room.add(&solid, random);
+        room
+    });
+}
+
+#[test]
+fn a_room_with_interpenetrating_solids_closes() {
+    assert_closed(3, 60, |random| {
+        let mut room = Room::random(random);
+        let center = room.point_inside(random) * 0.3;
+        for _ in 0..3 {
+            let solid = small_solid(center + 0.05 * random.in_cube(), 0.06, random);
+            room.add(&solid, random);
+        }
+        room
+    });
+}
+
+/// Part of the wall is inside the solid, part of the solid outside the room.
+#[test]
+fn a_room_with_a_solid_through_its_wall_closes() {
+    assert_closed(4, 50, |random| {
+        let mut room = Room::random(random);
+        let face = room.enclosure.faces[random.below(room.enclosure.faces.len())].clone();
+        let center = point_in(&room.enclosure.outline(&face), random);
+        let solid = small_solid(center, 0.2, random);
+        room.add(&solid, random);
+        room
+    });
+}
+
+/// Boxes on the floor, on one another, side by side and edge to edge: coplanar faces, shared edges, shared corners.
+#[test]
+fn a_room_with_stacked_boxes_closes() {
+    assert_closed(5, 50, |random| {
+        let rotation = if random.below(4) == 0 { DMat3::IDENTITY } else { random.rotation() };
+        let boxed = |center: DVec3, half: DVec3| Solid::cube().map(|c| rotation * (center + c * half));
+        let enclosure = boxed(DVec3::ZERO, DVec3::new(1.0, 1.2, 0.9));
+        let half = DVec3::new(0.2, 0.15, random.between(0.1, 0.2));
+        let foot = DVec3::new(random.between(-0.4, 0.4), random.between(-0.5, 0.5), -0.9);
+        let centers =
+            [[0.0, 0.0, 1.0], [0.0, 0.0, 3.0], [2.0, 0.0, 1.0], [-2.0, 2.0, 1.0]].map(DVec3::from_array);
+        let opaque: Vec<Solid> = centers.iter().map(|&center| boxed(foot + center * half, half)).collect();
+        let mut room = Room { polygons: Vec::new(), enclosure: enclosure.clone(), opaque: opaque.clone() };
+        for solid in opaque.iter().chain([&enclosure]) {
+            room.add(solid, random);
+        }
+        room
+    });
+}

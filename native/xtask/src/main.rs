@@ -1,0 +1,60 @@
+//! Developer tasks: `cargo xtask bake | test | extension`.
+//!
+//! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
+//!
+//! ```text
+//! venv/NAME         one virtual environment per requirements file in tests/
+//! wheels/           antumbra_native, built by maturin
+//! extension/        the add-on with its wheels, as it is zipped
+//! blender-user/     one user folder per Blender, so that the developer's own is never touched
+//! bake/             what `cargo xtask bake` writes
+//! ```
+
+mod bake;
+mod bpy;
+mod extension;
+mod failure;
+mod files;
+mod host;
+mod progress;
+mod summary;
+mod test;
+mod tree;
+mod venv;
+mod wheel;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Developer tasks of Antumbra", disable_help_subcommand = true)]
+struct Cli {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Bake a .blend, or the paper's scene, from nothing but this repository.
+    Bake(bake::Options),
+    /// Run every check and test.
+    Test(test::Options),
+    /// Build the extension's .zip files into dist/.
+    Extension(extension::Options),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().task {
+        Task::Bake(options) => bake::run(&options),
+        Task::Test(options) => test::run(&options),
+        Task::Extension(options) => extension::run(&options),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
