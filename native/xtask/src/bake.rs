@@ -77,11 +77,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     for setting in &options.settings {
         bake.arg("--set").arg(setting);
     }
-    match progress::watch(&mut bake)? {
-        0 => {}
-        2 => return Err(Failure::Input("nothing was baked".to_owned())),
-        code => return Err(Failure::Task(format!("the bake ended with exit code {code}"))),
-    }
+    progress::watch(&mut bake)?;
     println!("Rendering the picture");
     let script = tree::path("native/xtask/blender/render_picture.py");
     run_quietly(host.script(&script).arg(output).arg(picture))?;
