@@ -52,6 +52,9 @@ class Arguments:
 def run(argv: Sequence[str]) -> int:
     """Bake the open file; returns the exit code."""
     try:
+        # A missing FILE makes Blender run the command on its startup scene.
+        if not bpy.data.filepath:
+            raise InputError("there is no scene: the .blend file was not given or could not be opened")
         arguments = _parse(argv)
         report = _bake(arguments)
     except SolverBugError as error:
@@ -66,9 +69,6 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _bake(arguments: Arguments) -> dict[str, Any]:
-    # A missing FILE makes Blender run the command on its startup scene.
-    if not bpy.data.filepath:
-        raise InputError("there is no scene: the .blend file was not given or could not be opened")
     settings = _settings(arguments.assignments)
     for path in (arguments.output, arguments.report, arguments.glb):
         if path is not None and not path.parent.is_dir():

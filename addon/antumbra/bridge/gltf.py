@@ -48,7 +48,9 @@ def export_glb(scene: bpy.types.Scene, path: Path) -> None:
             )
     finally:
         meshes = [copy.data for copy in copies]
-        bpy.data.batch_remove([*copies, export_scene])
+        # Not in one batch: only this way does Blender let go of a scene that it shows.
+        bpy.data.scenes.remove(export_scene)
+        bpy.data.batch_remove(copies)
         bpy.data.batch_remove([*meshes, material])
 
 
@@ -68,7 +70,8 @@ def _export_copy(obj: bpy.types.Object, material: bpy.types.Material, scale: flo
 
 def _unlit_material() -> bpy.types.Material:
     material = bpy.data.materials.new("Antumbra Export")
-    if not material.use_nodes:
+    # From 5.0 on, materials have nodes from the start.
+    if bpy.app.version < (5, 0):
         material.use_nodes = True
     tree: Any = material.node_tree
     tree.nodes.clear()
