@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The bake as a command: `blender -b FILE.blend -c antumbra [options]`.
 
-With the bpy module, which has no `-c`, open the file and call `run(argv)`. Both return the exit code: 0 only when a bake
-was written, 2 for bad arguments or input, 1 when Antumbra itself failed; whatever is not 0 has one line on stderr.
+With the bpy module, which has no `-c`, open the file and call `run(argv)`. Both return the exit code: 0 only when a
+bake was written, 2 for bad arguments or input, 1 when Antumbra itself failed; what is not 0 has one line on stderr.
 
-Progress goes to stdout, as `bar` in lines like `antumbra:  42 % shooting light, 1,234 elements`, as `json` in one object
-a line: {"stage", "fraction", "shots", "elements", "unshot"}.
+Progress goes to stdout, as `bar` in lines like `antumbra:  42 % shooting light, 1,234 elements`, as `json` in one
+object a line: {"stage", "fraction", "shots", "elements", "unshot"}.
 """
 
 from __future__ import annotations

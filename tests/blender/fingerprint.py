@@ -32,8 +32,13 @@ def _object(obj):
         "modifiers": [(m.name, m.type, m.show_viewport, m.show_render) for m in obj.modifiers],
         "materials": [(slot.link, slot.material.name if slot.material else None) for slot in obj.material_slots],
         "properties": sorted(obj.keys()),
-        "antumbra": (state.role, state.source, state.original_mesh, len(state.modifiers)),
+        "antumbra": (state.role, _name(state.source), _name(state.original_mesh), len(state.modifiers)),
     }
+
+
+def _name(item):
+    # Undo makes new pointers to what is the same.
+    return item.name if item else None
 
 
 def _mesh(mesh):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's lights and materials as light on a surface, against closed forms.
 
-Form factors F of a point that looks at a parallel rectangle or disk are from radiometry: under the corner of a unit square
-one unit away F = 0.138531605994893, under the middle of a disk one radius away F = 1/2.
+Form factors F of a point that looks at a parallel rectangle or disk are from radiometry: under the corner of a unit
+square one unit away F = 0.138531605994893, under the middle of a disk one radius away F = 1/2.
 """
 
 import math
@@ -12,7 +12,18 @@ import numpy as np
 import pytest
 from extension import read_scene
 from mathutils import Matrix
-from scenes import add_area_light, add_cube, add_material, add_mesh, add_plane, bake, baked_of, link, radiance_at, select
+from scenes import (
+    add_area_light,
+    add_cube,
+    add_material,
+    add_mesh,
+    add_plane,
+    bake,
+    baked_of,
+    link,
+    radiance_at,
+    select,
+)
 
 UNDER_A_CORNER = 0.138531605994893
 UP = Matrix.Rotation(math.pi, 4, "X")

@@ -253,3 +253,23 @@ def test_the_way_back_survives_saving(tmp_path):
     assert (objects["Plane"].hide_viewport, objects["Plane"].hide_render) == (False, False)
     assert (objects["Cube"].hide_viewport, objects["Cube"].hide_render) == (True, False)
     assert baked_objects() == []
+
+
+@pytest.mark.parametrize("output", ["NEW", "REPLACE"])
+def test_one_undo_takes_a_bake_back(output):
+    plane, _ = cube_over_plane()
+    select(plane)
+    settings = bpy.context.scene.antumbra
+    settings.output, settings.receivers, settings.tolerance = output, "ALL", 0.1
+    bpy.ops.ed.undo_push(message="Before the bake")
+    before = fingerprint()
+    # True: with an undo step of its own, as from a button.
+    assert bpy.ops.antumbra.bake("EXEC_DEFAULT", True) == {"FINISHED"}
+    after = fingerprint()
+    assert after != before
+    bpy.ops.ed.undo()
+    assert fingerprint() == before
+    bpy.ops.ed.redo()
+    assert fingerprint() == after
+    bpy.ops.ed.undo()
+    assert fingerprint() == before
