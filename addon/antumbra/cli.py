@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The bake as a command: `blender -b FILE.blend -c antumbra [options]`.
 
-With the bpy module, which has no `-c`, open the file and call `run(argv)`. Both return the exit code: 0 only when a bake
-was written, 2 for bad arguments or input, 1 when Antumbra itself failed; whatever is not 0 has one line on stderr.
+With the bpy module, which has no `-c`, open the file and call `run(argv)`. Both return the exit code: 0 only when a
+bake was written, 2 for bad arguments or input, 1 when Antumbra itself failed; what is not 0 has one line on stderr.
 
-Progress goes to stdout, as `bar` in lines like `antumbra:  42 % shooting light, 1,234 elements`, as `json` in one object
-a line: {"stage", "fraction", "shots", "elements", "unshot"}.
+Progress goes to stdout, as `bar` in lines like `antumbra:  42 % shooting light, 1,234 elements`, as `json` in one
+object a line: {"stage", "fraction", "shots", "elements", "unshot"}.
 """
 
 from __future__ import annotations
@@ -52,6 +52,9 @@ class Arguments:
 def run(argv: Sequence[str]) -> int:
     """Bake the open file; returns the exit code."""
     try:
+        # A missing FILE makes Blender run the command on its startup scene.
+        if not bpy.data.filepath:
+            raise InputError("there is no scene: the .blend file was not given or could not be opened")
         arguments = _parse(argv)
         report = _bake(arguments)
     except SolverBugError as error:
@@ -66,9 +69,6 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _bake(arguments: Arguments) -> dict[str, Any]:
-    # A missing FILE makes Blender run the command on its startup scene.
-    if not bpy.data.filepath:
-        raise InputError("there is no scene: the .blend file was not given or could not be opened")
     settings = _settings(arguments.assignments)
     for path in (arguments.output, arguments.report, arguments.glb):
         if path is not None and not path.parent.is_dir():

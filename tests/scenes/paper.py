@@ -60,9 +60,9 @@ def add_light(name: str, exitance: tuple[float, float, float], place: tuple[floa
 def add_camera() -> None:
     """Look down on plane and cube from the front right."""
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    eye, target = Vector((5.2, -7.4, 6.4)), Vector((0.0, -0.25, 0.1))
+    eye, target = Vector((5.2, -7.4, 6.4)), Vector((0.0, -0.1, 0.3))
     camera.matrix_world = Matrix.Translation(eye) @ (target - eye).to_track_quat("-Z", "Y").to_matrix().to_4x4()
-    camera.data.lens = 36.0
+    camera.data.lens = 38.0
     bpy.context.collection.objects.link(camera)
     bpy.context.scene.camera = camera
     bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 960, 720

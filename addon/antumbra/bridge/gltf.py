@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baked objects as glTF, their light as COLOR_0.
 
-Blender's exporter writes a colour attribute unchanged only where a material uses it as Color Attribute -> Background ->
-Output, which is an unlit material in glTF. glTF allows colours from 0 to 1 only, so all are divided by the brightest one;
-each node's extras hold that number as `antumbra_scale`, and COLOR_0 times it is the radiance.
+Blender's exporter writes a colour attribute unchanged only where a material uses it as Color Attribute -> Background
+-> Output, which is an unlit material in glTF. glTF allows colours from 0 to 1 only, so all are divided by one number,
+which each node's extras hold as `antumbra_scale`: COLOR_0 times it is the radiance, but for the few brightest corners.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from .properties import state_of
 
 SCALE_PROPERTY = "antumbra_scale"
 
+# This share of the corners is clipped at 1. Were it 0, one baked lamp would leave everything else black.
+_CLIPPED_SHARE = 0.002
+
 
 def export_glb(scene: bpy.types.Scene, path: Path) -> None:
     """Write the baked objects of the scene to a .glb; the scene is as before afterwards."""
@@ -33,7 +36,7 @@ def export_glb(scene: bpy.types.Scene, path: Path) -> None:
     copies: list[bpy.types.Object] = []
     material = _unlit_material()
     try:
-        scale = max(1.0, *(_brightest(obj.data) for obj in baked))
+        scale = _scale([obj.data for obj in baked])
         for obj in baked:
             copies.append(_export_copy(obj, material, scale))
             export_scene.collection.objects.link(copies[-1])
@@ -48,7 +51,9 @@ def export_glb(scene: bpy.types.Scene, path: Path) -> None:
             )
     finally:
         meshes = [copy.data for copy in copies]
-        bpy.data.batch_remove([*copies, export_scene])
+        # Not in one batch: only this way does Blender let go of a scene that it shows.
+        bpy.data.scenes.remove(export_scene)
+        bpy.data.batch_remove(copies)
         bpy.data.batch_remove([*meshes, material])
 
 
@@ -68,7 +73,8 @@ def _export_copy(obj: bpy.types.Object, material: bpy.types.Material, scale: flo
 
 def _unlit_material() -> bpy.types.Material:
     material = bpy.data.materials.new("Antumbra Export")
-    if not material.use_nodes:
+    # From 5.0 on, materials have nodes from the start.
+    if bpy.app.version < (5, 0):
         material.use_nodes = True
     tree: Any = material.node_tree
     tree.nodes.clear()
@@ -87,5 +93,8 @@ def _colours(mesh: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
     return colours.reshape(-1, 4)
 
 
-def _brightest(mesh: Any) -> float:
-    return float(_colours(mesh)[:, :3].max(initial=0.0))
+def _scale(meshes: list[Any]) -> float:
+    """The radiance that becomes 1."""
+    brightest = np.concatenate([_colours(mesh)[:, :3].max(axis=1) for mesh in meshes])
+    radiance = float(np.quantile(brightest, 1.0 - _CLIPPED_SHARE))
+    return radiance if radiance > 0.0 else 1.0

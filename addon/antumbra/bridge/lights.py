@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.lights import AreaLamp, Floats, exitance_rgb, outline_in_world
 from ..core.record import AreaLight, SceneRecord
-from .materials import constant_colour, constant_float, linked_node
+from .materials import constant_colour, constant_float, linked_node, uses_nodes
 
 
 def read_light(light: bpy.types.Light, name: str, world_from_light: Floats, scene: SceneRecord) -> None:
@@ -46,7 +46,7 @@ def read_world(world: bpy.types.World | None, scene: SceneRecord) -> None:
     strength = 1.0
     colour: tuple[float, ...] = tuple(world.color[:])
     tree = world.node_tree
-    if world.use_nodes and tree is not None:
+    if tree is not None and uses_nodes(world):
         output = tree.get_output_node("CYCLES")
         background = linked_node(output.inputs["Surface"]) if output is not None else None
         if background is None:
@@ -76,7 +76,8 @@ def _power_rgb(light: Any, name: str, scene: SceneRecord) -> tuple[float, float,
 def _node_factor(light: Any, name: str, scene: SceneRecord) -> Floats:
     """colour · strength of the Emission that a light's nodes put out; Blender multiplies it in."""
     none = np.ones(3)
-    if not light.use_nodes or light.node_tree is None:
+    # The switch is to go with Blender 6.0.
+    if not getattr(light, "use_nodes", True) or light.node_tree is None:
         return none
     output = light.node_tree.get_output_node("CYCLES")
     emission = linked_node(output.inputs["Surface"]) if output is not None else None

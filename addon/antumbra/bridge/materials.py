@@ -52,7 +52,7 @@ class MaterialReader:
 
     def _read_nodes(self, material: bpy.types.Material) -> tuple[Rgb, Rgb]:
         tree = material.node_tree
-        if not material.use_nodes or tree is None:
+        if tree is None or not uses_nodes(material):
             return _viewport_colour(material), _BLACK
         output = tree.get_output_node("CYCLES")
         shader = linked_node(output.inputs["Surface"]) if output is not None else None
@@ -128,6 +128,11 @@ class MaterialReader:
 
 class _UnreadableError(Exception):
     """A material holds what this reader does not know."""
+
+
+def uses_nodes(owner: Any) -> bool:
+    """Whether a material or world is made of nodes; from Blender 5.0 on all are, and the switch is deprecated."""
+    return bpy.app.version >= (5, 0) or bool(owner.use_nodes)
 
 
 def linked_node(socket: Any) -> Any:

@@ -120,7 +120,12 @@ def unregister() -> None:
 def settings_of(scene: bpy.types.Scene) -> Settings:
     """The scene's settings as core knows them."""
     group: Any = scene.antumbra  # type: ignore[attr-defined]
-    return Settings(**{name: getattr(group, name) for name in SPECS})
+    return Settings(**{name: _as_typed(getattr(group, name)) for name in SPECS})
+
+
+def _as_typed(value: Any) -> Any:
+    """Blender keeps 32-bit floats: 0.01 comes back as 0.009999999776. Seven digits give back what was typed."""
+    return float(f"{value:.7g}") if isinstance(value, float) else value
 
 
 def state_of(obj: bpy.types.Object) -> Any:

@@ -71,7 +71,12 @@ def carry_edge_attribute(
 
     source_edge as from source_edge_of_corner(); baked_edge_of_corner (3T,) the new mesh's edge that starts there.
     """
-    values = np.zeros((baked_edges, *attribute.values.shape[1:]), dtype=attribute.values.dtype)
+    shape = (baked_edges, *attribute.values.shape[1:])
+    if attribute.values.dtype == object:
+        # The empty text of whichever kind Blender uses.
+        values = np.full(shape, type(attribute.values.flat[0])(), dtype=object)
+    else:
+        values = np.zeros(shape, dtype=attribute.values.dtype)
     on_edge = source_edge >= 0
     values[baked_edge_of_corner[on_edge]] = attribute.values[source_edge[on_edge]]
     return Attribute(attribute.name, "EDGE", attribute.data_type, values, attribute.blends)

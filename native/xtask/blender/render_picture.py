@@ -15,6 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+from numpy.typing import NDArray
 
 ATTRIBUTE = "Radiosity"
 WIDTH, LARGEST_HEIGHT = 900, 900
@@ -64,7 +65,7 @@ def mesh_material(see_through_backs: bool) -> bpy.types.Material:
     material, nodes, links = new_material("mesh")
     wire = nodes.new("ShaderNodeWireframe")
     wire.use_pixel_size = True
-    wire.inputs["Size"].default_value = 1.2
+    wire.inputs["Size"].default_value = 0.9
     weight = nodes.new("ShaderNodeLayerWeight")
     shade = nodes.new("ShaderNodeMapRange")
     shade.inputs["To Min"].default_value = 0.85
@@ -106,14 +107,14 @@ def add_camera(scene: bpy.types.Scene, baked: list[bpy.types.Object]) -> None:
     scene.camera = camera
 
 
-def render(scene: bpy.types.Scene, material: bpy.types.Material, stops: float, path: Path) -> np.ndarray:
+def render(scene: bpy.types.Scene, material: bpy.types.Material, stops: float, path: Path) -> NDArray[np.float32]:
     """Render with one material on everything and return (rows, columns, 4), bottom row first."""
     bpy.context.view_layer.material_override = material
     scene.view_settings.exposure = stops
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
     image = bpy.data.images.load(str(path))
-    width, height = image.size
+    width, height = scene.render.resolution_x, scene.render.resolution_y
     pixels = np.empty(width * height * 4, dtype=np.float32)
     image.pixels.foreach_get(pixels)
     return pixels.reshape(height, width, 4)

@@ -71,12 +71,28 @@ fn check_rust(steps: &mut Steps, long: bool) {
     steps.step("rust tests", || {
         let mut tests = tree::cargo();
         match (has_nextest(), long) {
-            (true, false) => tests.args(["nextest", "run", "--workspace", "--locked"]),
-            (true, true) => tests.args(["nextest", "run", "--workspace", "--locked", "--run-ignored", "all"]),
-            (false, false) => tests.args(["test", "--workspace", "--locked", "--all-targets"]),
-            (false, true) => {
-                tests.args(["test", "--workspace", "--locked", "--all-targets", "--", "--include-ignored"])
+            (true, false) => tests.args(["nextest", "run", "--no-fail-fast", "--workspace", "--locked"]),
+            (true, true) => tests.args([
+                "nextest",
+                "run",
+                "--no-fail-fast",
+                "--workspace",
+                "--locked",
+                "--run-ignored",
+                "all",
+            ]),
+            (false, false) => {
+                tests.args(["test", "--no-fail-fast", "--workspace", "--locked", "--all-targets"])
             }
+            (false, true) => tests.args([
+                "test",
+                "--no-fail-fast",
+                "--workspace",
+                "--locked",
+                "--all-targets",
+                "--",
+                "--include-ignored",
+            ]),
         };
         run_command(&mut tests)
     });

@@ -53,6 +53,18 @@ impl Venv {
         }
     }
 
+    /// A command that runs such a program, with this environment as the one that `python` means.
+    pub(crate) fn activated(&self, name: &str) -> Outcome<Command> {
+        let program = self.program(name);
+        let own = program.parent().map(Path::to_owned);
+        let others = std::env::var_os("PATH").unwrap_or_default();
+        let path = std::env::join_paths(own.into_iter().chain(std::env::split_paths(&others)))
+            .map_err(|error| Failure::Task(format!("PATH cannot be extended: {error}")))?;
+        let mut command = tree::command(program);
+        command.env("PATH", path).env("VIRTUAL_ENV", &self.folder);
+        Ok(command)
+    }
+
     /// Where its packages are.
     pub(crate) fn site_packages(&self) -> PathBuf {
         if cfg!(windows) {

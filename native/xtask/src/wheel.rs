@@ -51,7 +51,7 @@ pub(crate) fn build_native() -> Outcome<PathBuf> {
     let tools = Venv::ready("tools")?;
     println!("Building the solver");
     let folder = tree::target("wheels/native");
-    build(&mut maturin(&tools, &folder), &folder)
+    build(&mut maturin(&tools, &folder)?, &folder)
 }
 
 /// The wheel for a platform as it is handed out: zig links it against libraries old enough for every user.
@@ -63,7 +63,7 @@ pub(crate) fn build_portable(platform: Platform) -> Outcome<PathBuf> {
     ensure_rust_target(platform)?;
     let release = Venv::ready("release")?;
     let folder = tree::target(&format!("wheels/{}", platform.blender));
-    let mut maturin = maturin(&release, &folder);
+    let mut maturin = maturin(&release, &folder)?;
     maturin.args(["--zig", "--target", platform.target]);
     if platform.blender.starts_with("linux") {
         maturin.args(["--compatibility", MANYLINUX]);
@@ -71,12 +71,13 @@ pub(crate) fn build_portable(platform: Platform) -> Outcome<PathBuf> {
     build(&mut maturin, &folder)
 }
 
-fn maturin(venv: &Venv, folder: &Path) -> Command {
-    let mut maturin = tree::command(venv.program("maturin"));
+fn maturin(venv: &Venv, folder: &Path) -> Outcome<Command> {
+    // maturin asks `python` for the zig that is installed with it.
+    let mut maturin = venv.activated("maturin")?;
     maturin.args(["build", "--release", "--quiet", "--locked", "--manifest-path"]);
     maturin.arg(tree::path("native/antumbra-py/Cargo.toml"));
     maturin.arg("--interpreter").arg(venv.python()).arg("--out").arg(folder);
-    maturin
+    Ok(maturin)
 }
 
 fn build(maturin: &mut Command, folder: &Path) -> Outcome<PathBuf> {

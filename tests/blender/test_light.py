@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's lights and materials as light on a surface, against closed forms.
+
+Form factors F of a point that looks at a parallel rectangle or disk are from radiometry: under the corner of a unit
+square one unit away F = 0.138531605994893, under the middle of a disk one radius away F = 1/2.
+"""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from extension import read_scene
+from mathutils import Matrix
+from scenes import (
+    add_area_light,
+    add_cube,
+    add_material,
+    add_mesh,
+    add_plane,
+    bake,
+    baked_of,
+    link,
+    radiance_at,
+    select,
+)
+
+UNDER_A_CORNER = 0.138531605994893
+UP = Matrix.Rotation(math.pi, 4, "X")
+
+
+def receiver(reflectance=0.5):
+    """Four faces that meet at the origin, so that the origin is a vertex."""
+    plane = add_mesh(
+        "Receiver",
+        [(x, y, 0) for y in (-1, 0, 1) for x in (-1, 0, 1)],
+        [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)],
+    )
+    plane.data.materials.append(add_material("Paint", Color=(reflectance, reflectance, reflectance, 1)))
+    return plane
+
+
+def radiance_at_origin():
+    colours = radiance_at(baked_of("Receiver"), (0, 0, 0))
+    assert np.ptp(colours, axis=0) == pytest.approx(0, abs=1e-7)
+    return colours[0]
+
+
+def test_square_light_over_a_corner():
+    receiver(reflectance=0.5)
+    add_area_light(location=(0.5, 0.5, 1), size=1.0, energy=10.0).data.color = (1.0, 0.5, 0.25)
+    bake()
+    # B = rho F P/A, and the attribute holds B/pi.
+    expected = 0.5 * UNDER_A_CORNER * 10.0 / math.pi * np.array([1.0, 0.5, 0.25])
+    assert radiance_at_origin() == pytest.approx(expected, rel=1e-6)
+
+
+def test_object_scale_makes_the_light_larger_not_brighter():
+    receiver()
+    lamp = add_area_light(location=(0.5, 0.5, 1), size=0.5, shape="RECTANGLE", size_y=0.25, energy=10.0)
+    lamp.scale = (2, 4, 7)
+    bake()
+    assert radiance_at_origin() == pytest.approx(0.5 * UNDER_A_CORNER * 10.0 / math.pi, rel=1e-6)
+
+
+def test_disk_light_one_radius_away():
+    receiver()
+    add_area_light(location=(0, 0, 1), size=2.0, shape="DISK", energy=10.0)
+    bake()
+    # A 64-gon of the same area is off by 1.3e-7.
+    assert radiance_at_origin() == pytest.approx(0.5 * 0.5 * (10.0 / math.pi) / math.pi, rel=1e-6)
+
+
+def test_ellipse_light_is_a_squeezed_disk():
+    receiver()
+    lamp = add_area_light(location=(0, 0, 1), size=1.0, size_y=4.0, shape="ELLIPSE", energy=10.0)
+    lamp.scale = (2, 0.5, 1)
+    bake()
+    assert radiance_at_origin() == pytest.approx(0.5 * 0.5 * (10.0 / math.pi) / math.pi, rel=1e-6)
+
+
+def test_the_back_of_a_light_is_dark():
+    receiver()
+    add_plane("Ceiling").location = (0, 0, 3)
+    lamp = add_area_light(location=(0, 0, 1), energy=10.0)
+    lamp.matrix_world = Matrix.Translation((0, 0, 1)) @ UP
+    bpy.data.objects["Ceiling"].data.materials.append(add_material("Black", Color=(0, 0, 0, 1)))
+    bake()
+    assert (radiance_at_origin() == 0.0).all()
+
+
+@pytest.mark.parametrize("strength", [3.0, 0.5])
+@pytest.mark.parametrize("face", [(0, 1, 2, 3), (3, 2, 1, 0)])
+def test_emission_of_a_mesh_on_both_its_sides(strength, face):
+    receiver()
+    lamp = add_mesh("Lamp", [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], [face])
+    lamp.data.materials.append(add_material("Glow", "EMISSION", Color=(1, 0.5, 0, 1), Strength=strength))
+    bake()
+    colour = strength * np.array([1.0, 0.5, 0.0])
+    assert radiance_at_origin() == pytest.approx(0.5 * UNDER_A_CORNER * colour, rel=1e-6)
+    assert radiance_at(baked_of("Lamp"), (0, 0, 1))[0] == pytest.approx(colour, rel=1e-6)
+
+
+def test_irradiance_is_what_a_white_surface_would_send():
+    receiver(reflectance=0.25)
+    add_area_light(location=(0.5, 0.5, 1), size=1.0, energy=10.0)
+    bake(quantity="IRRADIANCE")
+    assert radiance_at_origin() == pytest.approx(UNDER_A_CORNER * 10.0 / math.pi, rel=1e-6)
+
+
+def test_only_hide_render_decides_what_blocks():
+    for flag, blocks in (("hide_viewport", True), ("hide_render", False)):
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        receiver()
+        blocker = add_plane("Blocker", size=3.0)
+        blocker.location = (0, 0, 0.5)
+        blocker.data.materials.append(add_material("Black", Color=(0, 0, 0, 1)))
+        setattr(blocker, flag, True)
+        add_area_light(location=(0, 0, 1), energy=10.0)
+        select(bpy.data.objects["Receiver"])
+        bake(receivers="SELECTED")
+        assert (radiance_at_origin().max() == 0.0) == blocks
+
+
+def test_modifiers_count_as_they_do_in_a_render():
+    cube = add_cube()
+    subdivision = cube.modifiers.new("Subdivision", "SUBSURF")
+    subdivision.levels, subdivision.render_levels = 0, 2
+    viewport_only = cube.modifiers.new("Array", "ARRAY")
+    viewport_only.show_render = False
+    (record,) = read_scene().objects
+    assert len(record.surface.face_materials) == 6 * 4**2
+
+
+def test_a_mirrored_receiver_gets_the_same_light():
+    plane = receiver()
+    plane.scale = (-1, 1, 1)
+    add_area_light(location=(0.5, 0.5, 1), size=1.0, energy=10.0)
+    bake()
+    assert radiance_at_origin() == pytest.approx(0.5 * UNDER_A_CORNER * 10.0 / math.pi, rel=1e-6)
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 5, 0), reason="came with Blender 4.5")
+def test_exposure_and_normalize_of_a_light():
+    lamp = add_area_light(size=2.0, energy=3.0).data
+    lamp.exposure = 2.0
+    (light,) = read_scene().lights
+    assert light.exitance_rgb == pytest.approx((3.0, 3.0, 3.0))
+    lamp.normalize = False
+    (light,) = read_scene().lights
+    assert light.exitance_rgb == pytest.approx((12.0, 12.0, 12.0))
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 5, 0), reason="came with Blender 4.5")
+def test_temperature_of_a_light():
+    lamp = add_area_light(size=1.0, energy=1.0).data
+    lamp.use_temperature, lamp.temperature = True, 2700.0
+    (light,) = read_scene().lights
+    red, green, blue = light.exitance_rgb
+    assert red > green > blue > 0.0
+    assert light.exitance_rgb == pytest.approx(tuple(lamp.temperature_color))
+
+
+def test_nodes_of_a_light_multiply():
+    lamp = add_area_light(size=1.0, energy=2.0).data
+    if not lamp.use_nodes:
+        lamp.use_nodes = True
+    emission = next(node for node in lamp.node_tree.nodes if node.type == "EMISSION")
+    emission.inputs["Strength"].default_value = 3.0
+    emission.inputs["Color"].default_value = (1.0, 0.5, 0.0, 1.0)
+    (light,) = read_scene().lights
+    assert light.exitance_rgb == pytest.approx((6.0, 3.0, 0.0))
+
+
+def test_lights_that_come_later_are_named():
+    add_cube()
+    for kind in ("POINT", "SUN", "SPOT"):
+        for index in range(2):
+            name = f"{kind} {index}"
+            link(bpy.data.objects.new(name, bpy.data.lights.new(name, kind)))
+    scene = read_scene()
+    assert scene.lights == []
+    for kind in ("Point", "Sun", "Spot"):
+        (sentence,) = (text for text in scene.all_warnings() if text.startswith(f"{kind} lights"))
+        assert f"“{kind.upper()} 0”, “{kind.upper()} 1”" in sentence
+
+
+def test_a_bright_world_is_named_and_a_black_one_is_not():
+    add_cube()
+    world = bpy.data.worlds.new("Sky")
+    bpy.context.scene.world = world
+    world.color = (0, 0, 0)
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (0.5, 0.6, 1.0, 1.0)
+    background.inputs["Strength"].default_value = 0.0
+    assert read_scene().all_warnings() == []
+    background.inputs["Strength"].default_value = 1.0
+    assert any("“Sky”" in text for text in read_scene().all_warnings())
