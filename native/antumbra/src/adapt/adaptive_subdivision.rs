@@ -28,6 +28,15 @@ use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
 /// its second difference is smaller still.
 const EVEN: f64 = 1.0;
 
+/// A shadow that no corner sees is looked for only where it could make at least this share of the squared error that
+/// is allowed over all surfaces. A scene of a hundred thousand small triangles would otherwise spend its time on
+/// shadows smaller than they are; missing one costs a thirtieth of the wanted error at most.
+const WORTH_SEARCHING: f64 = 1e-3;
+
+/// Elements whose corners' differences could not make this share of the allowed squared error are left alone: even a
+/// hundred thousand of them together stay below it.
+const WORTH_TESTING: f64 = 1e-6;
+
 /// In one round, elements with at least this share of the largest squared error are quartered. More at once would
 /// refine what the next round finds good enough; fewer cost a round of bookkeeping each.
 const ROUND: f64 = 0.125;
@@ -53,6 +62,10 @@ pub(crate) struct Refinement<'a> {
     pub(crate) shown: &'a [DVec3],
     /// The rms error that this group may leave, W/m².
     pub(crate) wanted_error: f64,
+    /// The integral of the squared error that this group may leave over all baked surfaces, W²/m².
+    pub(crate) allowed: f64,
+    /// When to leave the mesh as it is: the caller stops, or the time is up.
+    pub(crate) ends: &'a (dyn Fn() -> bool + Sync),
     /// Per face: the deepest level its elements may reach.
     pub(crate) deepest: &'a [u8],
     /// Triangles that the anchored mesh may have.
@@ -98,18 +111,16 @@ impl Refinement<'_> {
         group: &mut [GroupSource],
         elements: &[ElementId],
     ) -> Result<bool, Error> {
-        let area: f64 = elements.iter().map(|&e| mesh.area(mesh.element(e), self.world)).sum();
-        let allowed = self.wanted_error * self.wanted_error * area;
         let mut pool: Vec<Uneven> = Vec::new();
         let mut frontier = elements.to_vec();
         let mut middles_known = Middles::default();
-        loop {
+        while !(self.ends)() {
             self.test(mesh, group, &mut frontier, &mut pool, &mut middles_known)?;
             pool.retain(|leaf| mesh.element(leaf.element).is_leaf());
             pool.sort_unstable_by(|a, b| {
                 b.squared_error.total_cmp(&a.squared_error).then(a.element.cmp(&b.element))
             });
-            let excess = pool.iter().map(|leaf| leaf.squared_error).sum::<f64>() - allowed;
+            let excess = pool.iter().map(|leaf| leaf.squared_error).sum::<f64>() - self.allowed;
             let largest = pool.iter().find(|leaf| self.may_be_subdivided(mesh, leaf.element));
             let Some(largest) = largest.map(|leaf| leaf.squared_error).filter(|_| excess > 0.0) else {
                 break;
@@ -216,8 +227,13 @@ impl Refinement<'_> {
         let spread = (0..3)
             .map(|k| self.in_wanted_errors(corner_light[k] - corner_light[(k + 1) % 3], face))
             .fold(0.0, f64::max);
-        if !self.hidden_shadows && spread < EVEN {
-            return None;
+        let area = mesh.area(element, self.world);
+        let share = |wanted_errors: f64| (wanted_errors * self.wanted_error).powi(2) * area / self.allowed;
+        if spread < EVEN || share(spread) < WORTH_TESTING {
+            let most = group.iter().map(|source| brightest(&receivers, source)).sum();
+            if !self.hidden_shadows || share(self.in_wanted_errors(most, face)) < WORTH_SEARCHING {
+                return None;
+            }
         }
         let sources: Vec<_> = (group.iter().enumerate())
             .filter_map(|(index, source)| {
@@ -254,11 +270,7 @@ impl Refinement<'_> {
             }
         }
         // Light that cannot reach the tolerance cannot be uneven by it.
-        let brightest = (receivers.iter())
-            .filter(|receiver| faces(receiver, &source.polygon))
-            .map(|receiver| unoccluded_form_factor(receiver, &source.polygon))
-            .fold(0.0, f64::max);
-        let most = self.in_wanted_errors(brightest * source.radiosity, face);
+        let most = self.in_wanted_errors(brightest(receivers, source), face);
         if most < INTERPOLATED {
             return None;
         }
@@ -353,6 +365,15 @@ impl Refinement<'_> {
         let shown = self.shown[self.world.faces[face].material as usize] * irradiance;
         if self.wanted_error > 0.0 { (shown.length_squared() / 3.0).sqrt() / self.wanted_error } else { 0.0 }
     }
+}
+
+/// The irradiance that the source brings to the brightest corner when nothing blocks it, W/m².
+fn brightest(receivers: &[Receiver; 3], source: &GroupSource) -> DVec3 {
+    let brightest = (receivers.iter())
+        .filter(|receiver| faces(receiver, &source.polygon))
+        .map(|receiver| unoccluded_form_factor(receiver, &source.polygon))
+        .fold(0.0, f64::max);
+    brightest * source.radiosity
 }
 
 /// The sample that splitting edge `k` of an element would make.

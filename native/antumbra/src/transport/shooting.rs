@@ -7,6 +7,8 @@
 //! Light that is still unshot when shooting ends is spread in proportion to the indirect light so far, so that what
 //! is dark stays dark (Cohen et al.'s ambient term lights closed boxes from outside).
 
+use std::time::{Duration, Instant};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -115,8 +117,15 @@ pub(crate) struct Shooting<'a> {
     kept_bytes: usize,
     /// Per sample and side: what columns that were not kept have brought.
     light: Vec<[Light; 2]>,
+    /// When the user's time is up.
+    deadline: Option<Instant>,
     pub(crate) shots: usize,
     pub(crate) out_of_budget: bool,
+}
+
+/// Whether the caller wants no more, or the time is up.
+fn ends(monitor: &Monitor, deadline: Option<Instant>) -> bool {
+    monitor.wants_end() || deadline.is_some_and(|deadline| Instant::now() > deadline)
 }
 
 impl<'a> Shooting<'a> {
@@ -149,6 +158,8 @@ impl<'a> Shooting<'a> {
             patch_of: Vec::new(),
             kept_bytes: 0,
             light: vec![[Light::default(); 2]; coarse_samples],
+            deadline: (settings.time_limit > 0.0)
+                .then(|| Instant::now() + Duration::from_secs_f64(settings.time_limit)),
             shots: 0,
             out_of_budget: false,
         };
@@ -254,12 +265,20 @@ impl<'a> Shooting<'a> {
             .unzip();
         let shown: Vec<DVec3> =
             self.world.materials.iter().map(|material| self.shown(material.reflectance_rgb)).collect();
+        let wanted_error = which.share() * self.wanted_error();
+        let area: f64 = (self.coarse_elements.iter())
+            .map(|&element| self.mesh.area(self.mesh.element(element), self.world))
+            .sum();
+        let deadline = self.deadline;
+        let monitor = self.monitor;
         let refinement = Refinement {
             world: self.world,
             form_factors: &self.form_factors,
             monitor: self.monitor,
             shown: &shown,
-            wanted_error: which.share() * self.wanted_error(),
+            wanted_error,
+            allowed: wanted_error * wanted_error * area,
+            ends: &|| ends(monitor, deadline),
             deepest: &self.deepest,
             triangle_budget: self.settings.triangle_limit(),
             hidden_shadows: which == Which::Emitters,
