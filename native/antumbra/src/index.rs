@@ -14,6 +14,11 @@ macro_rules! typed_index {
                 Self(u32::try_from(index).expect("more than 2^32 parts in a mesh; this is a bug in antumbra"))
             }
 
+            /// All indices of a range, in order.
+            pub(crate) fn range(range: std::ops::Range<usize>) -> impl Iterator<Item = Self> + Clone {
+                range.map(Self::new)
+            }
+
             pub(crate) fn index(self) -> usize {
                 self.0 as usize
             }

@@ -11,7 +11,7 @@ use crate::scene::SceneInput;
 use crate::scene::world::World;
 use crate::settings::Settings;
 use crate::transport::form_factors::FormFactors;
-use crate::transport::shooting::{CoarseMesh, Shooting};
+use crate::transport::shooting::{CoarseMesh, Shooting, Which};
 use crate::transport::sources::blocking_polygons;
 use crate::visibility::blockers::Blockers;
 use crate::weld::{Bake, weld};
@@ -43,9 +43,10 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         return Err(Error::NoLight);
     }
     let mut timeline = Timeline { start, settings, monitor, iterations: Vec::new() };
-    let ended_by = timeline.shoot(&mut shooting)?;
+    let ended_by = timeline.solve(&mut shooting)?;
 
-    let (lights, out_of_budget, visibility) = (shooting.sources.lights, shooting.out_of_budget, shooting.counts());
+    let (lights, out_of_budget, visibility) =
+        (shooting.sources.lights, shooting.out_of_budget, shooting.counts());
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
     let unshot = shooting.remaining();
     let (mesh, irradiance) = shooting.finish();
@@ -76,11 +77,13 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
 /// Cuts the scene's faces into patches and elements.
 fn coarse_mesh(world: &World, settings: &Settings) -> CoarseMesh {
     let mut mesh = Mesh::new(world);
-    let coarse = subdivide_coarsely(&mut mesh, world, Sizes::new(world, settings));
+    let sizes = Sizes::new(world, settings);
+    let coarse = subdivide_coarsely(&mut mesh, world, sizes);
     let limit = u8::try_from(settings.max_level).unwrap_or(u8::MAX);
     CoarseMesh {
         mesh,
         patch_elements: coarse.patches,
+        patch_size: sizes.patch,
         coarse_elements: coarse.receiving,
         deepest: coarse.levels.iter().map(|level| level.saturating_add(limit)).collect(),
     }
@@ -95,18 +98,36 @@ struct Timeline<'a> {
 }
 
 impl Timeline<'_> {
-    /// Shoots until the light is distributed, the time is up or the caller wants no more. Returns which.
-    fn shoot(&mut self, shooting: &mut Shooting) -> Result<&'static str, Error> {
+    /// Shoots until the light is distributed, the time is up or the caller wants no more, and refines the mesh for
+    /// the light. Returns why it ended.
+    fn solve(&mut self, shooting: &mut Shooting) -> Result<&'static str, Error> {
+        for which in [Which::Emitters, Which::Patches] {
+            let ended = self.shoot(shooting, which)?;
+            shooting.refine(which)?;
+            self.record(shooting, shooting.remaining());
+            if let Some(reason) = ended {
+                return Ok(reason);
+            }
+            if which == Which::Emitters {
+                shooting.fit_patches();
+            }
+        }
+        shooting.shoot_again();
+        Ok("converged")
+    }
+
+    fn shoot(&mut self, shooting: &mut Shooting, which: Which) -> Result<Option<&'static str>, Error> {
         let mut unshot = 1.0;
         loop {
             if self.monitor.wants_end() {
                 self.monitor.check()?;
-                return Ok("stopped");
+                return Ok(Some("stopped"));
             }
-            if self.settings.time_limit > 0.0 && self.start.elapsed().as_secs_f64() > self.settings.time_limit {
-                return Ok("time_limit");
+            if self.settings.time_limit > 0.0 && self.start.elapsed().as_secs_f64() > self.settings.time_limit
+            {
+                return Ok(Some("time_limit"));
             }
-            let Some(computed) = shooting.shoot()? else { return Ok("converged") };
+            let Some(computed) = shooting.shoot(which)? else { return Ok(None) };
             // Shots from kept columns take microseconds; only what changes the picture is an iteration.
             if computed || shooting.remaining() < 0.5 * unshot {
                 unshot = shooting.remaining();
@@ -126,7 +147,8 @@ impl Timeline<'_> {
         self.monitor.report(Progress {
             stage: Stage::Shooting,
             // Unshot light falls about exponentially, so its logarithm falls like the work that is left.
-            fraction: (unshot.max(f64::MIN_POSITIVE).ln() / (0.05 * self.settings.tolerance).ln()).clamp(0.0, 0.99),
+            fraction: (unshot.max(f64::MIN_POSITIVE).ln() / (0.05 * self.settings.tolerance).ln())
+                .clamp(0.0, 0.99),
             shots: iteration.shots,
             elements: iteration.elements,
             unshot,

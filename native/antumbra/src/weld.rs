@@ -172,7 +172,8 @@ impl<'a> Welder<'a> {
     fn radiance(&self, irradiance: DVec3, material: &MaterialInput) -> [f32; 3] {
         let radiosity = match self.quantity {
             Quantity::Radiosity => {
-                DVec3::from_array(material.exitance_rgb) + DVec3::from_array(material.reflectance_rgb) * irradiance
+                DVec3::from_array(material.exitance_rgb)
+                    + DVec3::from_array(material.reflectance_rgb) * irradiance
             }
             Quantity::Irradiance => irradiance,
         };

@@ -1,193 +1,295 @@
-//! Adaptive subdivision, "AS" (the paper, §2.2): an element is quartered where the current shot lights it unevenly,
-//! and each quarter is looked at in turn. Where the shot is even, only the coarse elements are evaluated and the
-//! finer samples of earlier shots are interpolated.
+//! Adaptive subdivision, "AS" (the paper, §2.2): an element is quartered where it is lit unevenly, and each quarter
+//! is looked at in turn. Where the light of a source is even, only coarse elements are evaluated for it and the finer
+//! samples are interpolated.
 //!
-//! Departures from the paper. Uneven means that the light in the middle of an edge differs from the mean of its ends
-//! by more than the tolerance: a steady gradient costs nothing, since a linear element holds it exactly. And equal
-//! values at the vertices do not make an element even while something may block the source: a shadow can lie
-//! inside.
+//! Departures from the paper. An element's error is estimated from how far the light in the middle of its edges is
+//! from the mean of their ends: a steady gradient costs nothing, since a linear element holds it exactly. The elements
+//! with the largest errors are quartered, round by round, until the rms error over all baked surfaces is the wanted
+//! one; a fixed threshold would spend most vertices on edges of shadows too fine to matter. What counts is the sum
+//! over a group of sources, all emitters or all reflecting patches, not a single shot: six glowing walls light a room
+//! evenly though each alone does not. And equal values at the vertices do not make an element even while something
+//! may block an emitter: a shadow can lie inside.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::error::Error;
-use crate::index::{ElementId, SampleId};
+use crate::index::{ElementId, SampleId, VertexId};
 use crate::mesh::{Mesh, Sample, Side, edge_key};
 use crate::monitor::Monitor;
 use crate::scene::world::World;
-use crate::transport::form_factors::{Candidates, FormFactorPair, FormFactors, Workspace, faces};
+use crate::transport::column::Column;
+use crate::transport::form_factors::{Candidates, FormFactors, Workspace, faces};
 use crate::visibility::shaft::{Shaft, TRIANGLE_EDGES};
-use crate::visibility::{ConvexPolygon, unoccluded_form_factor};
+use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
 
-/// Deviation at the middle of an edge that makes an element uneven, in wanted errors. Linear interpolation's rms
-/// error over a triangle is a third to a half of the largest deviation at its edges' middles, and most elements stay
-/// far below the largest: one wanted error here gives a mesh whose rms error is below the wanted one.
-const UNEVEN: f64 = 1.0;
+/// Where the light at the corners of an element differs by less than this, in wanted errors, unblocked light is even:
+/// its second difference is smaller still.
+const EVEN: f64 = 1.0;
 
-/// What one shot needs for refining the mesh.
+/// In one round, elements with at least this share of the largest squared error are quartered. More at once would
+/// refine what the next round finds good enough; fewer cost a round of bookkeeping each.
+const ROUND: f64 = 0.125;
+
+/// A source whose light can deviate by less than this, in wanted errors, is interpolated: hundreds of such sources
+/// add up to one wanted error at most, since their signs differ.
+const INTERPOLATED: f64 = 0.03;
+
+/// A source and its form factors.
+pub(crate) struct GroupSource {
+    pub(crate) polygon: ConvexPolygon,
+    /// W/m².
+    pub(crate) radiosity: DVec3,
+    pub(crate) column: Column,
+}
+
+/// What a refinement needs to know.
 pub(crate) struct Refinement<'a> {
     pub(crate) world: &'a World,
     pub(crate) form_factors: &'a FormFactors<'a>,
     pub(crate) monitor: &'a Monitor,
-    pub(crate) source: &'a ConvexPolygon,
-    /// Per material: radiosity that a form factor of one would bring, in wanted errors.
-    pub(crate) weights: &'a [f64],
+    /// Per material: the share of arriving light that is shown, per channel.
+    pub(crate) shown: &'a [DVec3],
+    /// The rms error that this group may leave, W/m².
+    pub(crate) wanted_error: f64,
     /// Per face: the deepest level its elements may reach.
     pub(crate) deepest: &'a [u8],
     /// Triangles that the anchored mesh may have.
     pub(crate) triangle_budget: usize,
-}
-
-/// The form factors of all samples to one source, while they are being found.
-pub(crate) struct Column {
-    /// Front and back, per sample.
-    pub(crate) values: Vec<FormFactorPair>,
-    /// Whether a sample's front value was computed for this source; the others are interpolated.
-    computed: Vec<bool>,
-    /// The samples of the coarse mesh come first: both their sides were computed.
-    coarse: usize,
-}
-
-impl Column {
-    /// Starts from the values of the coarse mesh.
-    pub(crate) fn new(coarse: Vec<FormFactorPair>, mesh: &Mesh) -> Self {
-        let count = coarse.len();
-        let mut column = Self { values: coarse, computed: vec![true; count], coarse: count };
-        column.interpolate_new(mesh);
-        column
-    }
-
-    /// Interpolates what was not computed, from sample `first` on: where light is even, the mean of an edge's ends
-    /// (the paper, §2.2). The back is never refined for, so it is always interpolated.
-    fn interpolate_from(&mut self, mesh: &Mesh, first: usize) {
-        self.values.resize(mesh.samples.len(), [0.0; 2]);
-        self.computed.resize(mesh.samples.len(), false);
-        for index in first.max(self.coarse)..mesh.samples.len() {
-            // Parents are older than their children, so their values are final.
-            let Some([a, b]) = mesh.samples[index].parents else { continue };
-            let [a, b] = [a, b].map(|s| self.values[s.index()]);
-            let mean: FormFactorPair = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
-            self.values[index][1] = mean[1];
-            if !self.computed[index] {
-                self.values[index][0] = mean[0];
-            }
-        }
-    }
-
-    /// Interpolates samples that were made since the column was computed.
-    pub(crate) fn interpolate_new(&mut self, mesh: &Mesh) {
-        self.interpolate_from(mesh, self.values.len());
-    }
-
-    fn set_front(&mut self, sample: SampleId, value: f32) {
-        self.values[sample.index()][0] = value;
-        self.computed[sample.index()] = true;
-    }
-
-    fn front(&self, sample: SampleId) -> f64 {
-        f64::from(self.values[sample.index()][0])
-    }
+    /// Whether shadows are looked for where all corners of an element are lit alike.
+    pub(crate) hidden_shadows: bool,
 }
 
 /// An element under test.
 struct Suspect {
     element: ElementId,
-    was_leaf: bool,
-    candidates: Option<Vec<u32>>,
+    /// Sources that may light it unevenly, by index, with what may block them (`None`: a crowd).
+    sources: Vec<(u32, Option<Vec<u32>>)>,
 }
 
+/// A leaf with the integral of its squared error, W²/m².
+struct Uneven {
+    element: ElementId,
+    squared_error: f64,
+}
+
+/// What was found in the middle of an edge.
+#[derive(Default)]
+struct Middle {
+    /// Computed form factors, by source.
+    values: Vec<(u32, f32)>,
+    /// Irradiance beyond the mean of the edge's ends, W/m².
+    deviation: DVec3,
+}
+
+type Middles = FxHashMap<(SampleId, SampleId), Middle>;
+
 impl Refinement<'_> {
-    /// Refines the mesh below the given elements until the shot lights every leaf evenly.
+    /// Refines the mesh below the given elements until the estimated rms error over them is the wanted one.
     ///
     /// Returns whether the triangle budget held it back.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn refine(&self, mesh: &mut Mesh, column: &mut Column, elements: &[ElementId]) -> Result<bool, Error> {
+    pub(crate) fn refine(
+        &self,
+        mesh: &mut Mesh,
+        group: &mut [GroupSource],
+        elements: &[ElementId],
+    ) -> Result<bool, Error> {
+        let area: f64 = elements.iter().map(|&e| mesh.area(mesh.element(e), self.world)).sum();
+        let allowed = self.wanted_error * self.wanted_error * area;
+        let mut pool: Vec<Uneven> = Vec::new();
         let mut frontier = elements.to_vec();
-        let mut out_of_budget = false;
-        while !frontier.is_empty() {
-            let suspects = self.suspects(mesh, column, &frontier)?;
-            let middles = self.compute_middles(mesh, &suspects)?;
-            let mut next = Vec::new();
-            for suspect in &suspects {
-                if !self.is_uneven(mesh, column, suspect, &middles) {
-                    continue;
+        let mut middles_known = Middles::default();
+        loop {
+            self.test(mesh, group, &mut frontier, &mut pool, &mut middles_known)?;
+            pool.retain(|leaf| mesh.element(leaf.element).is_leaf());
+            pool.sort_unstable_by(|a, b| {
+                b.squared_error.total_cmp(&a.squared_error).then(a.element.cmp(&b.element))
+            });
+            let excess = pool.iter().map(|leaf| leaf.squared_error).sum::<f64>() - allowed;
+            let largest = pool.iter().find(|leaf| self.may_be_subdivided(mesh, leaf.element));
+            let Some(largest) = largest.map(|leaf| leaf.squared_error).filter(|_| excess > 0.0) else {
+                break;
+            };
+            if mesh.triangles >= self.triangle_budget {
+                group.par_iter_mut().for_each(|source| source.column.interpolate_all(mesh));
+                return Ok(true);
+            }
+            let (mut removed, mut subdivided) = (0.0, Vec::new());
+            for leaf in pool.iter().take_while(|leaf| leaf.squared_error >= ROUND * largest) {
+                if removed > excess || mesh.triangles >= self.triangle_budget {
+                    break;
                 }
-                if !suspect.was_leaf {
-                    next.extend(mesh.element(suspect.element).children().into_iter().flatten());
-                } else if mesh.triangles >= self.triangle_budget {
-                    out_of_budget = true;
-                } else {
-                    let mut subdivided = Vec::new();
-                    mesh.subdivide(suspect.element, &mut subdivided);
-                    next.extend(subdivided.iter().filter_map(|&e| mesh.element(e).children()).flatten());
+                if self.may_be_subdivided(mesh, leaf.element) && mesh.element(leaf.element).is_leaf() {
+                    mesh.subdivide(leaf.element, &mut subdivided);
+                    removed += leaf.squared_error;
                 }
             }
-            let first_new = column.values.len();
-            column.interpolate_from(mesh, first_new);
-            keep_middles(mesh, column, &suspects, &middles);
-            // Samples that only the restriction asked for keep their interpolated values.
-            column.interpolate_from(mesh, first_new);
-            frontier = next;
+            keep_middles(mesh, group, &subdivided, &middles_known);
+            frontier.extend(subdivided.iter().filter_map(|&e| mesh.element(e).children()).flatten());
         }
         // What was computed at one element changes what is interpolated from it at another.
-        column.interpolate_from(mesh, 0);
-        Ok(out_of_budget)
+        group.par_iter_mut().for_each(|source| source.column.interpolate_all(mesh));
+        Ok(false)
     }
 
-    /// The elements that this shot could light unevenly.
-    fn suspects(&self, mesh: &Mesh, column: &Column, frontier: &[ElementId]) -> Result<Vec<Suspect>, Error> {
-        let suspects: Vec<Option<Suspect>> = frontier
-            .par_iter()
+    /// Tests the frontier, and what lies below it in the hierarchy where the light is uneven, down to the leaves.
+    /// Uneven leaves join the pool; the frontier is empty afterwards.
+    fn test(
+        &self,
+        mesh: &Mesh,
+        group: &mut [GroupSource],
+        frontier: &mut Vec<ElementId>,
+        pool: &mut Vec<Uneven>,
+        known: &mut Middles,
+    ) -> Result<(), Error> {
+        while !frontier.is_empty() {
+            let suspects = self.suspects(mesh, group, frontier)?;
+            frontier.clear();
+            known.extend(self.compute_middles(mesh, group, &suspects)?);
+            let mut refined = Vec::new();
+            for suspect in &suspects {
+                let squared_error = self.squared_error(mesh, suspect.element, known);
+                if let Some(children) = mesh.element(suspect.element).children() {
+                    refined.push(suspect.element);
+                    frontier.extend(children);
+                } else if squared_error > 0.0 {
+                    pool.push(Uneven { element: suspect.element, squared_error });
+                }
+            }
+            keep_middles(mesh, group, &refined, known);
+        }
+        Ok(())
+    }
+
+    fn may_be_subdivided(&self, mesh: &Mesh, id: ElementId) -> bool {
+        let element = mesh.element(id);
+        element.level < self.deepest[element.face.index()]
+    }
+
+    /// The integral over an element of the squared difference between the quadratic through its corners and edges'
+    /// middles and the linear interpolant, as shown and averaged over the channels, W²/m²: with deviations d at the middles it
+    /// is 16/90 A (sum of d_i² + sum over i < j of d_i d_j).
+    fn squared_error(&self, mesh: &Mesh, id: ElementId, middles: &Middles) -> f64 {
+        let element = mesh.element(id);
+        let shown = self.shown[self.world.faces[element.face.index()].material as usize];
+        let [d, e, f]: [DVec3; 3] = std::array::from_fn(|k| {
+            let key = edge_key(element.samples[k], element.samples[(k + 1) % 3]);
+            shown * middles.get(&key).map_or(DVec3::ZERO, |middle| middle.deviation)
+        });
+        let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
+        mesh.area(element, self.world) * forms * (16.0 / 90.0 / 3.0)
+    }
+
+    /// The elements that the group could light unevenly.
+    fn suspects(
+        &self,
+        mesh: &Mesh,
+        group: &[GroupSource],
+        frontier: &[ElementId],
+    ) -> Result<Vec<Suspect>, Error> {
+        let suspects: Vec<Option<Suspect>> = (frontier.par_iter())
             .map_init(Vec::new, |found, &id| {
-                if self.monitor.is_cancelled() { None } else { self.suspect(mesh, column, id, found) }
+                if self.monitor.is_cancelled() { None } else { self.suspect(mesh, group, id, found) }
             })
             .collect();
         self.monitor.check()?;
         Ok(suspects.into_iter().flatten().collect())
     }
 
-    fn suspect(&self, mesh: &Mesh, column: &Column, id: ElementId, found: &mut Vec<u32>) -> Option<Suspect> {
+    fn suspect(
+        &self,
+        mesh: &Mesh,
+        group: &[GroupSource],
+        id: ElementId,
+        found: &mut Vec<u32>,
+    ) -> Option<Suspect> {
         let element = mesh.element(id);
-        let was_leaf = element.is_leaf();
         let face = element.face.index();
-        if was_leaf && element.level >= self.deepest[face] {
-            return None;
-        }
-        // Light that cannot reach the tolerance cannot be uneven by it.
-        let weight = self.weights[self.world.faces[face].material as usize];
         let receivers = element.samples.map(|s| mesh.sample(s).receiver(Side::Front));
-        let brightest = (receivers.iter())
-            .filter(|receiver| faces(receiver, self.source))
-            .map(|receiver| unoccluded_form_factor(receiver, self.source))
+        let corner_light = element
+            .samples
+            .map(|s| -> DVec3 { group.iter().map(|source| source.column.front(s) * source.radiosity).sum() });
+        let spread = (0..3)
+            .map(|k| self.in_wanted_errors(corner_light[k] - corner_light[(k + 1) % 3], face))
             .fold(0.0, f64::max);
-        if weight * brightest < UNEVEN {
+        if !self.hidden_shadows && spread < EVEN {
             return None;
         }
-        let flat = self.world.faces[face].corner_normals.is_none();
-        let plane = flat.then_some((receivers[0].position, receivers[0].normal));
-        let shaft = Shaft::new(&receivers.each_ref().map(|r| r.position), &TRIANGLE_EDGES, self.source, plane);
-        let candidates = match self.form_factors.candidates(&shaft, found) {
-            Candidates::Shared(list) => Some(list.to_vec()),
-            Candidates::Crowd => None,
-        };
-        let values = element.samples.map(|s| column.front(s));
-        let spread = values.iter().copied().fold(0.0, f64::max) - values.iter().copied().fold(f64::INFINITY, f64::min);
-        let unblocked = candidates.as_ref().is_some_and(Vec::is_empty);
-        if unblocked && weight * spread < UNEVEN {
+        let sources: Vec<_> = (group.iter().enumerate())
+            .filter_map(|(index, source)| {
+                let candidates = self.may_be_uneven(mesh, id, &receivers, source, found)?;
+                Some((index as u32, candidates))
+            })
+            .collect();
+        // Unblocked light is smooth: where all corners agree, it is even.
+        let unblocked = sources.iter().all(|(_, candidates)| candidates.as_ref().is_some_and(Vec::is_empty));
+        if sources.is_empty() || (unblocked && spread < EVEN) {
             return None;
         }
-        Some(Suspect { element: id, was_leaf, candidates })
+        Some(Suspect { element: id, sources })
     }
 
-    /// Exact values in the middle of every edge of the suspects, each edge once.
+    /// What may block the source from an element, if its light may be uneven there.
+    fn may_be_uneven(
+        &self,
+        mesh: &Mesh,
+        id: ElementId,
+        receivers: &[Receiver; 3],
+        source: &GroupSource,
+        found: &mut Vec<u32>,
+    ) -> Option<Option<Vec<u32>>> {
+        let element = mesh.element(id);
+        let face = element.face.index();
+        // Reflected light counts by what differs at the corners (the paper, §2.2); most of it does not.
+        if !self.hidden_shadows {
+            let values = element.samples.map(|s| source.column.front(s));
+            let spread = values.iter().copied().fold(0.0, f64::max)
+                - values.iter().copied().fold(f64::INFINITY, f64::min);
+            if self.in_wanted_errors(spread * source.radiosity, face) < INTERPOLATED {
+                return None;
+            }
+        }
+        // Light that cannot reach the tolerance cannot be uneven by it.
+        let brightest = (receivers.iter())
+            .filter(|receiver| faces(receiver, &source.polygon))
+            .map(|receiver| unoccluded_form_factor(receiver, &source.polygon))
+            .fold(0.0, f64::max);
+        let most = self.in_wanted_errors(brightest * source.radiosity, face);
+        if most < INTERPOLATED {
+            return None;
+        }
+        let points = receivers.each_ref().map(|r| r.position);
+        let flat = self.world.faces[face].corner_normals.is_none();
+        let plane = flat.then_some((points[0], receivers[0].normal));
+        let shaft = Shaft::new(&points, &TRIANGLE_EDGES, &source.polygon, plane);
+        match self.form_factors.candidates(&shaft, found) {
+            Candidates::Crowd => Some(None),
+            Candidates::Shared([]) => {
+                // Without blockers a far source is nearly linear: its second difference falls with the square of
+                // size over distance.
+                let size = points[0].distance(points[1]).max(points[0].distance(points[2]));
+                let distance = (points.iter())
+                    .map(|p| p.distance(source.polygon.centroid()))
+                    .fold(f64::INFINITY, f64::min);
+                let bend = most * (size / distance).powi(2).min(1.0);
+                (bend >= INTERPOLATED).then(|| Some(Vec::new()))
+            }
+            Candidates::Shared(list) => Some(Some(list.to_vec())),
+        }
+    }
+
+    /// Exact light in the middle of every edge of the suspects, each edge once.
     fn compute_middles(
         &self,
         mesh: &Mesh,
+        group: &[GroupSource],
         suspects: &[Suspect],
-    ) -> Result<FxHashMap<(SampleId, SampleId), f32>, Error> {
-        let mut seen = FxHashMap::default();
+    ) -> Result<Middles, Error> {
+        let mut seen = Middles::default();
         let mut wanted = Vec::new();
         for suspect in suspects {
             let element = mesh.element(suspect.element);
@@ -195,78 +297,90 @@ impl Refinement<'_> {
                 let key = edge_key(element.samples[k], element.samples[(k + 1) % 3]);
                 seen.entry(key).or_insert_with(|| {
                     wanted.push((key, suspect, k));
-                    0.0
+                    Middle::default()
                 });
             }
         }
-        let values: Vec<f32> = wanted
-            .par_iter()
-            .map_init(Workspace::default, |workspace, &((a, b), suspect, k)| {
+        let found: Vec<Middle> = (wanted.par_iter())
+            .map_init(Workspace::default, |workspace, &(ends, suspect, k)| {
                 if self.monitor.is_cancelled() {
-                    return 0.0;
+                    return Middle::default();
                 }
-                let element = mesh.element(suspect.element);
-                let sample = match mesh.sample_midpoint(a, b) {
-                    Some(existing) => mesh.sample(existing).clone(),
-                    None => self.middle(mesh, element.vertices, [a, b], k),
-                };
-                let candidates = suspect.candidates.as_deref().map_or(Candidates::Crowd, Candidates::Shared);
-                let weight = self.weights[self.world.faces[element.face.index()].material as usize];
-                let seed = (a.index() as u64) << 32 | b.index() as u64;
-                let receiver = sample.receiver(Side::Front);
-                self.form_factors.visible(&receiver, self.source, candidates, weight, seed, workspace) as f32
+                self.compute_middle(mesh, group, suspect, ends, k, workspace)
             })
             .collect();
         self.monitor.check()?;
-        for ((key, ..), value) in wanted.iter().zip(values) {
-            seen.insert(*key, value);
+        for ((key, ..), middle) in wanted.iter().zip(found) {
+            seen.insert(*key, middle);
         }
         Ok(seen)
     }
 
-    fn middle(
+    fn compute_middle(
         &self,
         mesh: &Mesh,
-        vertices: [crate::index::VertexId; 3],
-        samples: [SampleId; 2],
-        k: usize,
-    ) -> Sample {
-        let [from, to, opposite] = [k, (k + 1) % 3, (k + 2) % 3].map(|i| mesh.vertices[vertices[i].index()].position);
-        mesh.middle_sample(samples, 0.5 * (from + to), opposite)
-    }
-
-    fn is_uneven(
-        &self,
-        mesh: &Mesh,
-        column: &Column,
+        group: &[GroupSource],
         suspect: &Suspect,
-        middles: &FxHashMap<(SampleId, SampleId), f32>,
-    ) -> bool {
+        (a, b): (SampleId, SampleId),
+        k: usize,
+        workspace: &mut Workspace,
+    ) -> Middle {
         let element = mesh.element(suspect.element);
-        let weight = self.weights[self.world.faces[element.face.index()].material as usize];
-        (0..3).any(|k| {
-            let (a, b) = edge_key(element.samples[k], element.samples[(k + 1) % 3]);
-            let deviation = f64::from(middles[&(a, b)]) - 0.5 * (column.front(a) + column.front(b));
-            weight * deviation.abs() > UNEVEN
-        })
+        let face = element.face.index();
+        let sample = match mesh.sample_midpoint(a, b) {
+            Some(existing) => mesh.sample(existing).clone(),
+            None => middle_sample(mesh, element.vertices, [a, b], k),
+        };
+        let receiver = sample.receiver(Side::Front);
+        let seed = ((a.index() as u64) << 32) | b.index() as u64;
+        let mut middle = Middle::default();
+        for (index, candidates) in &suspect.sources {
+            let source = &group[*index as usize];
+            let candidates = candidates.as_deref().map_or(Candidates::Crowd, Candidates::Shared);
+            let weight = self.in_wanted_errors(source.radiosity, face);
+            let value =
+                self.form_factors.visible(&receiver, &source.polygon, candidates, weight, seed, workspace);
+            middle.values.push((*index, value as f32));
+            let mean = 0.5 * (source.column.front(a) + source.column.front(b));
+            middle.deviation += (value - mean) * source.radiosity;
+        }
+        middle
     }
 
+    /// The rms over the channels of what irradiance shows on a face, in wanted errors. Where nothing is lit there is
+    /// nothing to refine for.
+    fn in_wanted_errors(&self, irradiance: DVec3, face: usize) -> f64 {
+        let shown = self.shown[self.world.faces[face].material as usize] * irradiance;
+        if self.wanted_error > 0.0 { (shown.length_squared() / 3.0).sqrt() / self.wanted_error } else { 0.0 }
+    }
 }
 
-/// Keeps the computed values of all middles that have become samples.
-fn keep_middles(
-    mesh: &Mesh,
-    column: &mut Column,
-    suspects: &[Suspect],
-    middles: &FxHashMap<(SampleId, SampleId), f32>,
-) {
-    for suspect in suspects {
-        let samples = mesh.element(suspect.element).samples;
+/// The sample that splitting edge `k` of an element would make.
+fn middle_sample(mesh: &Mesh, vertices: [VertexId; 3], ends: [SampleId; 2], k: usize) -> Sample {
+    let [from, to, opposite] =
+        [k, (k + 1) % 3, (k + 2) % 3].map(|i| mesh.vertices[vertices[i].index()].position);
+    mesh.middle_sample(ends, 0.5 * (from + to), opposite)
+}
+
+/// Keeps the computed values of the middles of subdivided elements, and interpolates all other new samples.
+fn keep_middles(mesh: &Mesh, group: &mut [GroupSource], subdivided: &[ElementId], middles: &Middles) {
+    let first_new: Vec<usize> = group.iter().map(|source| source.column.values.len()).collect();
+    group.par_iter_mut().for_each(|source| source.column.interpolate_new(mesh));
+    for &element in subdivided {
+        let samples = mesh.element(element).samples;
         for k in 0..3 {
             let (a, b) = edge_key(samples[k], samples[(k + 1) % 3]);
-            if let Some(middle) = mesh.sample_midpoint(a, b) {
-                column.set_front(middle, middles[&(a, b)]);
+            let (Some(middle), Some(found)) = (mesh.sample_midpoint(a, b), middles.get(&(a, b))) else {
+                continue;
+            };
+            for &(source, value) in &found.values {
+                group[source as usize].column.set_front(middle, value);
             }
         }
     }
+    // Now that their parents are final.
+    group
+        .par_iter_mut()
+        .zip(first_new)
+        .for_each(|(source, first)| source.column.interpolate_from(mesh, first));
 }

@@ -57,11 +57,12 @@ pub(crate) fn subdivide_coarsely(mesh: &mut Mesh, world: &World, sizes: Sizes) -
         (longest / size).log2().ceil().clamp(0.0, f64::from(DEEPEST_COARSE)) as u8
     };
     let patch_levels: Vec<u8> = faces.clone().map(|face| level_for(face, sizes.patch)).collect();
-    let levels: Vec<u8> = faces
-        .map(|face| {
-            if world.receives(face) { level_for(face, sizes.element) } else { patch_levels[face.index()] }
-        })
-        .collect();
+    let levels: Vec<u8> =
+        faces
+            .map(|face| {
+                if world.receives(face) { level_for(face, sizes.element) } else { patch_levels[face.index()] }
+            })
+            .collect();
     let mut subdivided = Vec::new();
     let mut index = 0;
     // Children are appended, so this visits every element that it makes.
@@ -73,10 +74,17 @@ pub(crate) fn subdivide_coarsely(mesh: &mut Mesh, world: &World, sizes: Sizes) -
         }
         index += 1;
     }
-    let elements = || mesh.elements.iter().enumerate().map(|(index, element)| (ElementId::new(index), element));
+    let elements =
+        || mesh.elements.iter().enumerate().map(|(index, element)| (ElementId::new(index), element));
     CoarseElements {
-        patches: elements().filter(|(_, e)| e.level == patch_levels[e.face.index()]).map(|(id, _)| id).collect(),
-        receiving: elements().filter(|(_, e)| e.is_leaf() && world.receives(e.face)).map(|(id, _)| id).collect(),
+        patches: elements()
+            .filter(|(_, e)| e.level == patch_levels[e.face.index()])
+            .map(|(id, _)| id)
+            .collect(),
+        receiving: elements()
+            .filter(|(_, e)| e.is_leaf() && world.receives(e.face))
+            .map(|(id, _)| id)
+            .collect(),
         levels,
     }
 }

@@ -47,10 +47,8 @@ impl Mesh {
         let [a, b, c] = parent.vertices;
         let [sa, sb, sc] = parent.samples;
         let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| self.split_edge(p, q));
-        let [sab, sbc, sca] =
-            [(sa, sb, ab, c), (sb, sc, bc, a), (sc, sa, ca, b)].map(|(p, q, middle, opposite)| {
-                self.split_sample_edge(p, q, middle, opposite)
-            });
+        let [sab, sbc, sca] = [(sa, sb, ab, c), (sb, sc, bc, a), (sc, sa, ca, b)]
+            .map(|(p, q, middle, opposite)| self.split_sample_edge(p, q, middle, opposite));
         let child = |vertices, samples| Element {
             face: parent.face,
             vertices,
@@ -83,7 +81,13 @@ impl Mesh {
         middle
     }
 
-    fn split_sample_edge(&mut self, a: SampleId, b: SampleId, middle: VertexId, opposite: VertexId) -> SampleId {
+    fn split_sample_edge(
+        &mut self,
+        a: SampleId,
+        b: SampleId,
+        middle: VertexId,
+        opposite: VertexId,
+    ) -> SampleId {
         let key = edge_key(a, b);
         if let Some(&existing) = self.sample_midpoints.get(&key) {
             return existing;

@@ -80,7 +80,8 @@ fn quadrilateral(half: &Half, k: usize, other: &Half) -> Option<ConvexPolygon> {
     let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3].map(|i| half.positions[i]);
     let d = other.positions[apex];
     let size_squared = a.distance_squared(b).max(c.distance_squared(d));
-    let planar = half.normal.dot(d - a).powi(2) <= PLANAR * PLANAR * size_squared && half.normal.dot(other.normal) > 0.0;
+    let planar = half.normal.dot(d - a).powi(2) <= PLANAR * PLANAR * size_squared
+        && half.normal.dot(other.normal) > 0.0;
     // Strictly convex at the two corners where the triangles meet.
     let corners = [(c, a, d), (d, b, c)];
     let convex = corners.iter().all(|&(previous, at, next)| {

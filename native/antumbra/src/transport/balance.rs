@@ -10,6 +10,15 @@ use crate::transport::sources::{PatchId, SourceId, Sources};
 /// a few first bounces do not tell where the last ones go.
 const MOST_CLOSING: f64 = 2.0;
 
+/// What is assumed of light that was not shot yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Landing {
+    /// It lands like the light before it.
+    AsBefore,
+    /// So does reflected light; but all emission lands, since the back of a lamp says nothing about its front.
+    AllEmission,
+}
+
 /// The power balance of a solution by shooting, per colour channel.
 #[derive(Debug, Clone)]
 pub(crate) struct Balance {
@@ -39,12 +48,15 @@ impl Balance {
         }
     }
 
-    /// The source with the most unshot power; none when there is no unshot light.
-    pub(crate) fn strongest(&self, sources: &Sources) -> Option<SourceId> {
+    /// The source with the most unshot power; none when none has any.
+    pub(crate) fn strongest(
+        &self,
+        sources: &Sources,
+        among: impl Iterator<Item = SourceId>,
+    ) -> Option<SourceId> {
         let mut strongest = (0.0, None);
-        for (index, unshot) in self.unshot.iter().enumerate() {
-            let source = SourceId::new(index);
-            let power = unshot.abs().element_sum() * sources.area(source);
+        for source in among {
+            let power = self.unshot[source.index()].abs().element_sum() * sources.area(source);
             if power > strongest.0 {
                 strongest = (power, Some(source));
             }
@@ -76,15 +88,17 @@ impl Balance {
 
     /// Share of all light that has not arrived yet: 1 at first, towards 0.
     pub(crate) fn remaining(&self, sources: &Sources) -> f64 {
-        let future = self.future(sources).abs().element_sum();
+        let future = self.future(sources, Landing::AllEmission).abs().element_sum();
         if future == 0.0 { 0.0 } else { future / (future + self.landed.abs().element_sum()) }
     }
 
     /// What the indirect light must be scaled by to hold the light that was never shot, as if it went where the
     /// indirect light so far went.
     pub(crate) fn closing_factor(&self, sources: &Sources) -> DVec3 {
-        let (future, landed) = (self.future(sources), self.landed_indirect);
-        let channel = |k: usize| if landed[k] > 0.0 { (1.0 + future[k] / landed[k]).clamp(1.0, MOST_CLOSING) } else { 1.0 };
+        let (future, landed) = (self.future(sources, Landing::AsBefore), self.landed_indirect);
+        let channel = |k: usize| {
+            if landed[k] > 0.0 { (1.0 + future[k] / landed[k]).clamp(1.0, MOST_CLOSING) } else { 1.0 }
+        };
         DVec3::new(channel(0), channel(1), channel(2))
     }
 
@@ -99,7 +113,7 @@ impl Balance {
                 area += patch.polygon.area();
             }
         }
-        let future = self.future(sources);
+        let future = self.future(sources, Landing::AsBefore);
         let growth = |k: usize| if self.landed[k] > 0.0 { 1.0 + future[k] / self.landed[k] } else { 1.0 };
         let mean = reflected * DVec3::new(growth(0), growth(1), growth(2)) / area;
         if area > 0.0 { mean.element_sum() / 3.0 } else { 0.0 }
@@ -107,10 +121,16 @@ impl Balance {
 
     /// Power that will still arrive, counting all bounces: what is unshot lands like what was shot, and is reflected
     /// by what it lands on.
-    fn future(&self, sources: &Sources) -> DVec3 {
-        let mut unshot = DVec3::ZERO;
+    fn future(&self, sources: &Sources, landing: Landing) -> DVec3 {
+        let (mut emitted, mut unshot) = (DVec3::ZERO, DVec3::ZERO);
         for (index, radiosity) in self.unshot.iter().enumerate() {
-            unshot += *radiosity * sources.area(SourceId::new(index));
+            let source = SourceId::new(index);
+            let power = *radiosity * sources.area(source);
+            if landing == Landing::AllEmission && sources.is_emitter(source) {
+                emitted += power;
+            } else {
+                unshot += power;
+            }
         }
         let (mut reflected, mut arrived) = (DVec3::ZERO, DVec3::ZERO);
         for (irradiance, patch) in self.patch_irradiance.iter().zip(&sources.patches) {
@@ -119,13 +139,12 @@ impl Balance {
             arrived += power;
         }
         let channel = |k: usize| {
-            if self.shot[k] == 0.0 {
-                return unshot[k];
-            }
-            let landing = (self.landed[k] / self.shot[k]).clamp(0.0, 1.0);
-            let reflectance = if arrived[k] == 0.0 { 0.0 } else { (reflected[k] / arrived[k]).clamp(0.0, 1.0) };
+            let landing =
+                if self.landed[k] == 0.0 { 1.0 } else { (self.landed[k] / self.shot[k]).clamp(0.0, 1.0) };
+            let reflectance =
+                if arrived[k] == 0.0 { 0.0 } else { (reflected[k] / arrived[k]).clamp(0.0, 1.0) };
             // A closed white room never gets dark; its factor is bounded like its reflectance by rounding.
-            unshot[k] * landing / (1.0 - reflectance * landing).max(1e-9)
+            (emitted[k] + unshot[k] * landing) / (1.0 - reflectance * landing).max(1e-9)
         };
         DVec3::new(channel(0), channel(1), channel(2))
     }

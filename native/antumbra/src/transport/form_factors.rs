@@ -117,7 +117,8 @@ impl<'a> FormFactors<'a> {
         let rays = || rays_for(weight * unoccluded_form_factor(receiver, source));
         if let Some(candidates) = candidates
             && (candidates.len() <= ALWAYS_EXACT || rays() as usize >= candidates.len())
-            && let Ok(found) = visible_form_factor(receiver, source, self.blockers.polygons(), candidates, kernel)
+            && let Ok(found) =
+                visible_form_factor(receiver, source, self.blockers.polygons(), candidates, kernel)
         {
             self.counters.exact.fetch_add(1, Ordering::Relaxed);
             return found.value;
@@ -158,14 +159,16 @@ pub(crate) struct Cluster {
 pub(crate) fn clusters(mesh: &Mesh, count: usize) -> Vec<Cluster> {
     let positions = mesh.samples[..count].iter().map(|s| s.position);
     let low = positions.clone().fold(DVec3::INFINITY, DVec3::min);
-    let size = (positions.clone().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element().max(f64::MIN_POSITIVE);
+    let size =
+        (positions.clone().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element().max(f64::MIN_POSITIVE);
     let mut order: Vec<(u64, u32)> =
         positions.enumerate().map(|(i, p)| (morton((p - low) / size), i as u32)).collect();
     order.sort_unstable();
     (order.chunks(CLUSTER_SIZE))
         .map(|chunk| {
             let samples: Vec<SampleId> = chunk.iter().map(|&(_, i)| SampleId::new(i as usize)).collect();
-            let points = samples.iter().flat_map(|&s| Side::BOTH.map(|side| mesh.sample(s).receiver(side).position));
+            let points =
+                samples.iter().flat_map(|&s| Side::BOTH.map(|side| mesh.sample(s).receiver(side).position));
             let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
             let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
             Cluster { samples, low, high }

@@ -1,6 +1,8 @@
 //! Light between surfaces: progressive refinement (Cohen, Chen, Wallace, Greenberg 1988; the paper, §1 and §2.1).
 
 pub(crate) mod balance;
+pub(crate) mod column;
 pub(crate) mod form_factors;
+mod patches;
 pub(crate) mod shooting;
 pub(crate) mod sources;

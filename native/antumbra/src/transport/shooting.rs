@@ -1,15 +1,16 @@
 //! Progressive refinement: the source with the most unshot light shoots it to everything, again and again (Cohen,
 //! Chen, Wallace, Greenberg 1988; the paper, §1).
 //!
-//! The first shot of a source computes its column, the visible form factors of all samples, and may refine the mesh.
-//! Columns are kept while memory allows; a kept column's source shoots again at the price of a sum over patches.
+//! The first shot of a source computes its column, the visible form factors of all samples. Columns are kept while
+//! memory allows; a kept column's source shoots again at the price of a sum over patches. Emitters shoot first, and
+//! the mesh is refined for their light; then patches, and it is refined for what they reflect.
 //! Light that is still unshot when shooting ends is spread in proportion to the indirect light so far, so that what
 //! is dark stays dark (Cohen et al.'s ambient term lights closed boxes from outside).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::adapt::adaptive_subdivision::{Column, Refinement};
+use crate::adapt::adaptive_subdivision::{GroupSource, Refinement};
 use crate::error::Error;
 use crate::index::ElementId;
 use crate::mesh::Mesh;
@@ -17,7 +18,9 @@ use crate::monitor::Monitor;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings};
 use crate::transport::balance::Balance;
+use crate::transport::column::Column;
 use crate::transport::form_factors::{Cluster, FormFactorPair, FormFactors, Workspace, clusters};
+use crate::transport::patches::fit_to_light;
 use crate::transport::sources::{PatchId, SourceId, Sources};
 use crate::visibility::ConvexPolygon;
 
@@ -30,9 +33,6 @@ const NEGLIGIBLE: f64 = 0.05;
 /// Unshot share below which even kept columns are done: below what f32 colours can show.
 const EXHAUSTED: f64 = 1e-9;
 
-/// A source that became this much stronger since it last refined the mesh refines it again.
-const REFINE_AGAIN: f64 = 2.0;
-
 /// A source's form factors, kept for its next shot.
 struct KeptColumn {
     samples: Column,
@@ -41,7 +41,7 @@ struct KeptColumn {
 
 impl KeptColumn {
     fn bytes(&self) -> usize {
-        size_of::<FormFactorPair>() * (self.samples.values.len() + self.patches.len()) + self.samples.values.len()
+        self.samples.bytes() + size_of::<FormFactorPair>() * self.patches.len()
     }
 }
 
@@ -51,8 +51,6 @@ struct Sent {
     total: DVec3,
     /// Of the total: what has not been added to the samples yet.
     pending: DVec3,
-    /// The total when the mesh was last refined for this source.
-    refined_for: DVec3,
 }
 
 /// Irradiance of one side of a sample, W/m².
@@ -62,11 +60,31 @@ struct Light {
     indirect: DVec3,
 }
 
+/// Which sources.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Which {
+    Emitters,
+    Patches,
+}
+
+impl Which {
+    /// The share of the wanted error that refinement for these sources may leave; errors add up in quadrature, and
+    /// the patches' own, that they send a mean, is not estimated.
+    fn share(self) -> f64 {
+        match self {
+            Self::Emitters => 0.75,
+            Self::Patches => 0.5,
+        }
+    }
+}
+
 /// What shooting starts from.
 pub(crate) struct CoarseMesh {
     pub(crate) mesh: Mesh,
     /// Elements that send together, before they are paired.
     pub(crate) patch_elements: Vec<ElementId>,
+    /// Largest edge of a patch, metres.
+    pub(crate) patch_size: f64,
     /// The leaves of baked objects: every shot looks at them, and may refine below them.
     pub(crate) coarse_elements: Vec<ElementId>,
     /// Per face: the deepest level that light may refine to.
@@ -85,6 +103,10 @@ pub(crate) struct Shooting<'a> {
     deepest: Vec<u8>,
     clusters: Vec<Cluster>,
     coarse_samples: usize,
+    /// Elements that send together, before they are paired.
+    patch_elements: Vec<ElementId>,
+    /// Metres.
+    patch_size: f64,
     /// Per element: the patch that it belongs to.
     patch_of: Vec<Option<PatchId>>,
     balance: Balance,
@@ -105,12 +127,8 @@ impl<'a> Shooting<'a> {
         form_factors: FormFactors<'a>,
         coarse: CoarseMesh,
     ) -> Self {
-        let CoarseMesh { mesh, patch_elements, coarse_elements, deepest } = coarse;
+        let CoarseMesh { mesh, patch_elements, patch_size, coarse_elements, deepest } = coarse;
         let sources = Sources::new(world, &mesh, &patch_elements);
-        let mut patch_of = vec![None; mesh.elements.len()];
-        for (index, patch) in sources.patches.iter().enumerate() {
-            patch.elements.iter().for_each(|e| patch_of[e.index()] = Some(PatchId::new(index)));
-        }
         let coarse_samples = mesh.samples.len();
         let mut shooting = Self {
             world,
@@ -126,45 +144,158 @@ impl<'a> Shooting<'a> {
             coarse_elements,
             deepest,
             coarse_samples,
-            patch_of,
+            patch_elements,
+            patch_size,
+            patch_of: Vec::new(),
             kept_bytes: 0,
             light: vec![[Light::default(); 2]; coarse_samples],
             shots: 0,
             out_of_budget: false,
         };
-        shooting.inherit_patches();
+        shooting.find_patches();
         shooting
     }
 
+    /// Once the emitters have shot: cuts patches that are lit too unevenly to send their mean.
+    pub(crate) fn fit_patches(&mut self) {
+        let emitters = self.sources.emitters.len();
+        // The light that every patch has received must be known anew.
+        if SourceId::range(0..emitters)
+            .any(|id| self.sent[id.index()].total != DVec3::ZERO && self.columns[id.index()].is_none())
+        {
+            return;
+        }
+        let mut irradiance = vec![[DVec3::ZERO; 2]; self.mesh.samples.len()];
+        for id in SourceId::range(0..emitters) {
+            let Some(column) = &mut self.columns[id.index()] else { continue };
+            column.samples.interpolate_new(&self.mesh);
+            for (light, values) in irradiance.iter_mut().zip(&column.samples.values) {
+                for (light, &value) in light.iter_mut().zip(values) {
+                    *light += f64::from(value) * self.sent[id.index()].total;
+                }
+            }
+        }
+        let mean = self.balance.mean_baked(&self.sources, false);
+        self.patch_elements = fit_to_light(
+            &mut self.mesh,
+            self.world,
+            &self.patch_elements,
+            &irradiance,
+            mean,
+            self.patch_size,
+        );
+        self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
+        self.find_patches();
+        self.balance = Balance::new(&self.sources);
+        self.sent.resize(self.sources.len(), Sent::default());
+        self.columns.resize_with(self.sources.len(), || None);
+        for id in SourceId::range(0..emitters) {
+            let Some(mut column) = self.columns[id.index()].take() else { continue };
+            self.kept_bytes -= column.bytes();
+            column.samples.interpolate_new(&self.mesh);
+            column.patches = self.patch_means(&column.samples);
+            self.kept_bytes += column.bytes();
+            self.balance.shoot(id, &self.sources, &column.patches);
+            self.columns[id.index()] = Some(column);
+        }
+    }
+
     /// Lets the strongest source shoot. Returns whether its column had to be computed, or `None` when nothing worth
-    /// shooting is left.
+    /// shooting is left among `which`.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn shoot(&mut self) -> Result<Option<bool>, Error> {
-        let Some(source) = self.balance.strongest(&self.sources) else { return Ok(None) };
+    pub(crate) fn shoot(&mut self, which: Which) -> Result<Option<bool>, Error> {
+        let emitters = SourceId::range(0..self.sources.emitters.len());
+        let all = SourceId::range(0..self.sources.len());
+        let range = if which == Which::Emitters { emitters } else { all };
+        let Some(source) = self.balance.strongest(&self.sources, range) else { return Ok(None) };
         let remaining = self.remaining();
-        let kept = self.columns[source.index()].take();
-        if remaining <= EXHAUSTED || (remaining <= NEGLIGIBLE * self.settings.tolerance && kept.is_none()) {
-            self.columns[source.index()] = kept;
+        let kept = self.columns[source.index()].is_some();
+        if remaining <= EXHAUSTED || (remaining <= NEGLIGIBLE * self.settings.tolerance && !kept) {
             return Ok(None);
         }
         let radiosity = self.balance.unshot[source.index()];
-        let sent = self.sent[source.index()];
-        let stronger = (sent.total + radiosity).length() > REFINE_AGAIN * sent.refined_for.length();
-        let (column, computed) = match kept {
-            Some(kept) if !(stronger && self.refines()) => {
-                self.balance.shoot(source, &self.sources, &kept.patches);
-                (kept, false)
-            }
-            kept => (self.shoot_and_refine(source, radiosity, kept)?, true),
+        let column = match self.columns[source.index()].take() {
+            Some(column) => column,
+            None => self.compute_column(source, radiosity)?,
         };
+        self.balance.shoot(source, &self.sources, &column.patches);
         let sent = &mut self.sent[source.index()];
         sent.total += radiosity;
         sent.pending += radiosity;
-        self.keep_or_add(source, column, computed);
+        self.keep_or_add(source, column, !kept);
         self.shots += 1;
-        Ok(Some(computed))
+        Ok(Some(!kept))
+    }
+
+    /// Refines the mesh for the light that the emitters, or the patches, have sent so far.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn refine(&mut self, which: Which) -> Result<(), Error> {
+        let range = match which {
+            Which::Emitters => 0..self.sources.emitters.len(),
+            Which::Patches => self.sources.emitters.len()..self.sources.len(),
+        };
+        if self.settings.method != Method::As || self.out_of_budget {
+            return Ok(());
+        }
+        // Refine for what is kept; a column that memory had no room for stays coarse.
+        let (ids, mut group): (Vec<_>, Vec<_>) = SourceId::range(range)
+            .filter_map(|id| {
+                let kept = self.columns[id.index()].take()?;
+                self.kept_bytes -= kept.bytes();
+                let (polygon, radiosity) = (self.sources.polygon(id), self.sent[id.index()].total);
+                let mut column = kept.samples;
+                column.interpolate_new(&self.mesh);
+                Some((id, GroupSource { polygon, radiosity, column }))
+            })
+            .unzip();
+        let shown: Vec<DVec3> =
+            self.world.materials.iter().map(|material| self.shown(material.reflectance_rgb)).collect();
+        let refinement = Refinement {
+            world: self.world,
+            form_factors: &self.form_factors,
+            monitor: self.monitor,
+            shown: &shown,
+            wanted_error: which.share() * self.wanted_error(),
+            deepest: &self.deepest,
+            triangle_budget: self.settings.triangle_limit(),
+            hidden_shadows: which == Which::Emitters,
+        };
+        self.out_of_budget |= refinement.refine(&mut self.mesh, &mut group, &self.coarse_elements)?;
+        self.inherit_patches();
+        for (id, source) in ids.into_iter().zip(group) {
+            let patches = self.patch_means(&source.column);
+            let column = KeptColumn { samples: source.column, patches };
+            self.kept_bytes += column.bytes();
+            self.columns[id.index()] = Some(column);
+        }
+        Ok(())
+    }
+
+    /// Shoots everything again with the means of the refined mesh, if every source that shot can: patches know their
+    /// light better now.
+    pub(crate) fn shoot_again(&mut self) {
+        let shot = |id: &SourceId| self.sent[id.index()].total != DVec3::ZERO;
+        if SourceId::range(0..self.sources.len()).filter(shot).any(|id| self.columns[id.index()].is_none()) {
+            return;
+        }
+        self.balance = Balance::new(&self.sources);
+        self.sent.fill(Sent::default());
+        let all = || SourceId::range(0..self.sources.len());
+        while let Some(source) = self.balance.strongest(&self.sources, all()) {
+            let Some(column) = &self.columns[source.index()] else { break };
+            if self.remaining() <= EXHAUSTED {
+                break;
+            }
+            let radiosity = self.balance.unshot[source.index()];
+            self.balance.shoot(source, &self.sources, &column.patches);
+            let sent = &mut self.sent[source.index()];
+            sent.total += radiosity;
+            sent.pending += radiosity;
+        }
     }
 
     /// Share of all light that has not arrived yet.
@@ -191,57 +322,15 @@ impl<'a> Shooting<'a> {
         (self.mesh, irradiance)
     }
 
-    fn refines(&self) -> bool {
-        self.settings.method == Method::As && !self.out_of_budget
-    }
-
-    /// Computes a source's column, shoots, and refines the mesh for it.
-    fn shoot_and_refine(
-        &mut self,
-        source: SourceId,
-        radiosity: DVec3,
-        kept: Option<KeptColumn>,
-    ) -> Result<KeptColumn, Error> {
+    /// Computes a source's form factors on the coarse mesh.
+    fn compute_column(&self, source: SourceId, radiosity: DVec3) -> Result<KeptColumn, Error> {
         let polygon = self.sources.polygon(source);
-        let mut samples = if let Some(kept) = kept {
-            self.kept_bytes -= kept.bytes();
-            kept.samples
-        } else {
-            Column::new(self.coarse_column(&polygon, radiosity)?, &self.mesh)
-        };
-        samples.interpolate_new(&self.mesh);
-        let mut patches = self.patch_means(&samples);
-        if !self.refines() {
-            self.balance.shoot(source, &self.sources, &patches);
-            return Ok(KeptColumn { samples, patches });
-        }
-        // Refine for the final mean, of which this shot is a part.
-        let before = self.balance.clone();
-        self.balance.shoot(source, &self.sources, &patches);
-        let wanted = self.wanted_error();
-        self.balance = before;
-        let total = self.sent[source.index()].total + radiosity;
-        let weights: Vec<f64> = (self.world.materials.iter())
-            .map(|material| in_wanted_errors(self.shown(material.reflectance_rgb) * total, wanted))
-            .collect();
-        let refinement = Refinement {
-            world: self.world,
-            form_factors: &self.form_factors,
-            monitor: self.monitor,
-            source: &polygon,
-            weights: &weights,
-            deepest: &self.deepest,
-            triangle_budget: self.settings.triangle_limit(),
-        };
-        self.out_of_budget |= refinement.refine(&mut self.mesh, &mut samples, &self.coarse_elements)?;
-        self.inherit_patches();
-        patches = self.patch_means(&samples);
-        self.sent[source.index()].refined_for = total;
-        self.balance.shoot(source, &self.sources, &patches);
+        let samples = Column::new(self.coarse_column(&polygon, radiosity)?, &self.mesh);
+        let patches = self.patch_means(&samples);
         Ok(KeptColumn { samples, patches })
     }
 
-    /// The error that one source may make anywhere, W/m².
+    /// The error that the user wants, W/m².
     fn wanted_error(&self) -> f64 {
         let white = self.settings.quantity == Quantity::Irradiance;
         self.settings.tolerance * self.balance.mean_baked(&self.sources, white)
@@ -258,7 +347,8 @@ impl<'a> Shooting<'a> {
     /// Form factors of the coarse mesh's samples, in their order.
     fn coarse_column(&self, polygon: &ConvexPolygon, radiosity: DVec3) -> Result<Vec<FormFactorPair>, Error> {
         // Before the first shot nothing is known of the mean, and the strongest source deserves every ray.
-        let weight = if self.shots == 0 { f64::INFINITY } else { in_wanted_errors(radiosity, self.wanted_error()) };
+        let weight =
+            if self.shots == 0 { f64::INFINITY } else { in_wanted_errors(radiosity, self.wanted_error()) };
         let pairs: Vec<Vec<FormFactorPair>> = (self.clusters.par_iter())
             .map_init(Workspace::default, |workspace, cluster| {
                 if self.monitor.is_cancelled() {
@@ -292,6 +382,15 @@ impl<'a> Shooting<'a> {
         (sums.iter().zip(&self.sources.patches))
             .map(|(sum, patch)| sum.map(|sum| (sum / patch.polygon.area()) as f32))
             .collect()
+    }
+
+    /// Finds the patch of every element.
+    fn find_patches(&mut self) {
+        self.patch_of = vec![None; self.mesh.elements.len()];
+        for (index, patch) in self.sources.patches.iter().enumerate() {
+            patch.elements.iter().for_each(|e| self.patch_of[e.index()] = Some(PatchId::new(index)));
+        }
+        self.inherit_patches();
     }
 
     /// Elements belong to the patch of the element that they are a part of.
@@ -332,7 +431,8 @@ impl<'a> Shooting<'a> {
     /// Samples that came after a column was added hold the mean of their parents.
     fn grow_light(&mut self) {
         for sample in &self.mesh.samples[self.light.len()..] {
-            let [a, b] = sample.parents.expect("samples added by subdivision have parents; this is a bug in antumbra");
+            let [a, b] =
+                sample.parents.expect("samples added by subdivision have parents; this is a bug in antumbra");
             let [a, b] = [a, b].map(|s| self.light[s.index()]);
             self.light.push(std::array::from_fn(|side| Light {
                 direct: 0.5 * (a[side].direct + b[side].direct),

@@ -68,7 +68,8 @@ impl Sources {
             }
         }
         let halves: Vec<Half> = patch_elements.iter().map(|&e| element_half(world, mesh, e)).collect();
-        let patches = merge(&halves).into_iter().map(|merged| patch(world, mesh, patch_elements, merged)).collect();
+        let patches =
+            merge(&halves).into_iter().map(|merged| patch(world, mesh, patch_elements, merged)).collect();
         Self { emitters, patches, lights }
     }
 

@@ -51,7 +51,12 @@ impl Blockers {
     ///
     /// # Errors
     /// [`TooMany`] as soon as there are more than `limit`.
-    pub(crate) fn candidates(&self, shaft: &Shaft, limit: usize, found: &mut Vec<u32>) -> Result<(), TooMany> {
+    pub(crate) fn candidates(
+        &self,
+        shaft: &Shaft,
+        limit: usize,
+        found: &mut Vec<u32>,
+    ) -> Result<(), TooMany> {
         found.clear();
         let Some(tree) = &self.tree else { return Ok(()) };
         let mut stack = smallvec::SmallVec::<[u32; 96]>::new();

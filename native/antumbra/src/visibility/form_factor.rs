@@ -7,13 +7,14 @@
 
 use glam::DVec3;
 
-use super::clip::{Fragments, Plane, Vertex, plane_distance};
+use super::clip::{Outline, Plane, Vertex, keep_inside, plane_distance};
 use super::polygon::{ConvexPolygon, Receiver};
 
 /// Size of an outline, relative to its distance, below which a quadrature of degree 5 replaces the contour.
 ///
-/// The contour about the area keeps all but `1/size` of an epsilon: at least 13 digits above this size. The rule's
-/// relative error falls with the sixth power and is below 1e-13 here; at 0.1 it would show in the eighth digit.
+/// The contour about the area loses `1/size` epsilons, the rule's error grows with the sixth power of the size.
+/// Measured on squares turned and tilted, they differ by 3e-14 here and by more on either side: 3e-13 at 0.001 (the
+/// contour's error), 5e-10 at 0.1 (the rule's).
 const QUADRATURE_SIZE: f64 = 0.01;
 
 /// Radon's rule of degree 5 for a triangle (1948): weight and barycentric coordinates of each point.
@@ -35,7 +36,7 @@ const RADON_RULE: [(f64, [f64; 3]); 7] = {
     ]
 };
 
-/// A source as a receiver sees it: its outline relative to the receiver and cut at the receiver's horizon.
+/// A source as a receiver sees it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeenSource {
     receiver_normal: DVec3,
@@ -49,24 +50,22 @@ pub(super) struct SeenSource {
 }
 
 impl SeenSource {
-    /// Looks at `source` and leaves its outline above the horizon as the only fragment in `fragments`; `None` when nothing
-    /// of it is above the horizon or the receiver lies in its plane.
-    pub(super) fn look(
-        receiver: &Receiver,
-        source: &ConvexPolygon,
-        fragments: &mut Fragments,
-    ) -> Option<Self> {
+    /// Looks at `source` and puts what is above the receiver's horizon into `outline`, relative to the receiver.
+    /// `None` when that is nothing or the receiver lies in the source's plane.
+    pub(super) fn look(receiver: &Receiver, source: &ConvexPolygon, outline: &mut Outline) -> Option<Self> {
         let world = source.extent().max(receiver.position.abs().max_element());
-        let seen_from = |vertex: &DVec3| Vertex::new(*vertex - receiver.position);
         let distance = plane_distance(source.normal(), source.vertices()[0] - receiver.position, world);
-        if distance > 0.0 {
-            fragments.restart(source.vertices().iter().map(seen_from));
-        } else if distance < 0.0 {
-            fragments.restart(source.vertices().iter().rev().map(seen_from));
-        } else {
+        if distance == 0.0 {
             return None;
         }
-        fragments.keep_inside(&Plane::through_receiver(receiver.normal)).then(|| Self {
+        outline.clear();
+        for &vertex in source.vertices() {
+            outline.push(Vertex::new(vertex - receiver.position));
+        }
+        if distance < 0.0 {
+            outline.reverse();
+        }
+        keep_inside(outline, &Plane::through_receiver(receiver.normal)).then(|| Self {
             receiver_normal: receiver.normal,
             normal: source.normal() * distance.signum(),
             distance: distance.abs(),
@@ -93,21 +92,23 @@ impl SeenSource {
     /// The contour formula, summed about the outline's area.
     ///
     /// With `w_i = θ_i/|c_i|` and `S = Σ c_i`, twice the area vector, the sum `Σ w_i c_i` is `w S + Σ (w_i - w) c_i`
-    /// for any `w`. `S` is computed from differences of vertices, which cancel nothing. The smallest `w_i` is taken
-    /// for `w`: it keeps every term below an angle, also where the receiver nearly touches an edge.
+    /// for any `w`. `S` is computed from differences of vertices, which cancel nothing. With `w = 1/max |v_i|²`,
+    /// which no `w_i` is below, every term stays below an angle, also where the receiver nearly touches an edge.
     fn by_contour(&self, outline: &[Vertex]) -> f64 {
         let origin = outline[0].point;
-        let edges =
-            || outline.iter().zip(outline.iter().cycle().skip(1)).map(|(from, to)| (from.point, to.point));
-        let smallest = edges().map(|(from, to)| angle_ratio(from, to)).fold(f64::INFINITY, f64::min);
+        let farthest2 = outline.iter().map(|v| v.point.length_squared()).fold(0.0, f64::max);
+        let common = 1.0 / farthest2;
         let mut area_vector = DVec3::ZERO;
         let mut rest = 0.0;
-        for (from, to) in edges() {
-            area_vector += (from - origin).cross(to - origin);
-            let normal = from.cross(to - from);
-            rest += (angle_ratio(from, to) - smallest) * self.receiver_normal.dot(normal);
+        let mut from = outline[outline.len() - 1].point;
+        for to in outline.iter().map(|vertex| vertex.point) {
+            let edge = to - from;
+            let normal = from.cross(edge);
+            area_vector += (from - origin).cross(edge);
+            rest += (angle_ratio(normal, from.dot(to)) - common) * self.receiver_normal.dot(normal);
+            from = to;
         }
-        (smallest * self.receiver_normal.dot(area_vector) + rest) / std::f64::consts::TAU
+        (common * self.receiver_normal.dot(area_vector) + rest) / std::f64::consts::TAU
     }
 
     /// Radon's rule on the fan of triangles about the first vertex.
@@ -129,12 +130,43 @@ impl SeenSource {
     }
 }
 
-/// Angle between two directions divided by the length of their cross product.
-fn angle_ratio(from: DVec3, to: DVec3) -> f64 {
-    let sine = from.cross(to - from).length();
-    let cosine = from.dot(to);
-    // The limit for parallel directions; opposite ones would put the receiver on the edge, thus in the plane.
-    if sine > 0.0 { sine.atan2(cosine) / sine } else { 1.0 / cosine }
+/// Angle between two directions divided by the length of their cross product; `cosine` is their dot product.
+///
+/// Up to 33 degrees it is a function of the squared tangent alone, which needs neither a root nor `atan2` and is the
+/// same on every platform.
+fn angle_ratio(cross: DVec3, cosine: f64) -> f64 {
+    let (sine2, cosine2) = (cross.length_squared(), cosine * cosine);
+    if cosine > 0.0 && sine2 < ATAN_RANGE * ATAN_RANGE * cosine2 {
+        return atan_ratio(sine2 / cosine2) / cosine;
+    }
+    let sine = sine2.sqrt();
+    // A sine of 0 with no positive cosine would put the receiver on the edge, thus in the source's plane.
+    sine.atan2(cosine) / sine
+}
+
+/// The tangent up to which [`atan_ratio`] holds.
+const ATAN_RANGE: f64 = 0.66;
+
+/// `atan(t)/t` from `t²`, for `t` up to [`ATAN_RANGE`]: the rational approximation of Cephes (Moshier 1989), whose
+/// relative error is below an epsilon.
+fn atan_ratio(t2: f64) -> f64 {
+    const P: [f64; 5] = [
+        -8.750_608_600_031_904e-1,
+        -1.615_753_718_733_365e1,
+        -7.500_855_792_314_705e1,
+        -1.228_866_684_490_136_1e2,
+        -6.485_021_904_942_025e1,
+    ];
+    const Q: [f64; 5] = [
+        2.485_846_490_142_306_3e1,
+        1.650_270_098_316_988_6e2,
+        4.328_810_604_912_902_7e2,
+        4.853_903_996_359_137e2,
+        1.945_506_571_482_614e2,
+    ];
+    let p = (((P[0] * t2 + P[1]) * t2 + P[2]) * t2 + P[3]) * t2 + P[4];
+    let q = ((((t2 + Q[0]) * t2 + Q[1]) * t2 + Q[2]) * t2 + Q[3]) * t2 + Q[4];
+    1.0 + t2 * p / q
 }
 
 /// Share of the receiver's cosine-weighted hemisphere that `source` fills, if nothing blocks it.
@@ -142,14 +174,49 @@ fn angle_ratio(from: DVec3, to: DVec3) -> f64 {
 /// Whichever way the source faces: whether it sends light to that side is for the caller to decide. Exactly 0 when
 /// the receiver lies in the source's plane or the source is below the receiver's horizon.
 pub fn unoccluded_form_factor(receiver: &Receiver, source: &ConvexPolygon) -> f64 {
-    let mut fragments = Fragments::default();
-    SeenSource::look(receiver, source, &mut fragments)
-        .map_or(0.0, |seen| seen.form_factor(fragments.outline(0)).clamp(0.0, 1.0))
+    let mut outline = Outline::new();
+    SeenSource::look(receiver, source, &mut outline)
+        .map_or(0.0, |seen| seen.form_factor(&outline).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn atan_ratio_is_the_arc_tangent() {
+        for i in 1..=66_000 {
+            let t = f64::from(i) * 1e-5;
+            let error = atan_ratio(t * t) * t / t.atan() - 1.0;
+            assert!(error.abs() <= 2.0 * f64::EPSILON, "atan {t}: relative error {error:e}");
+        }
+        assert_eq!(atan_ratio(0.0), 1.0);
+    }
+
+    /// Worst relative difference between the two methods over squares of this size at distance 1, turned and tilted.
+    fn worst_disagreement(size: f64) -> f64 {
+        let mut worst = 0.0_f64;
+        for i in 0..1000 {
+            let (turn, tilt) = (0.1 * f64::from(i), 1.2 * (f64::from(i) * 0.7).sin());
+            let u = DVec3::new(turn.cos(), turn.sin(), 0.0);
+            let v = DVec3::new(-turn.sin() * tilt.cos(), turn.cos() * tilt.cos(), tilt.sin());
+            let side = size * std::f64::consts::FRAC_1_SQRT_2;
+            let corner = DVec3::new(0.0, 0.0, 1.0);
+            let corners = [corner, corner + side * u, corner + side * (u + v), corner + side * v];
+            let source = ConvexPolygon::new(&corners).expect("it has area");
+            let receiver = Receiver { position: DVec3::ZERO, normal: DVec3::new(0.6, 0.0, 0.8) };
+            let mut outline = Outline::new();
+            let seen = SeenSource::look(&receiver, &source, &mut outline).expect("it is above");
+            worst = worst.max((seen.by_quadrature(&outline) / seen.by_contour(&outline) - 1.0).abs());
+        }
+        worst
+    }
+
+    #[test]
+    fn both_methods_agree_where_they_meet() {
+        let worst = worst_disagreement(QUADRATURE_SIZE);
+        assert!(worst < 1e-13, "{worst:e}");
+    }
 
     #[test]
     fn radons_rule_follows_from_its_roots() {

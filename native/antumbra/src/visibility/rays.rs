@@ -28,7 +28,8 @@ pub(crate) fn sampled_form_factor(
         let point = point_on(source, uv);
         let to = point - receiver.position;
         let distance_squared = to.length_squared();
-        let weight = receiver.normal.dot(to) * source.normal().dot(to).abs() / (distance_squared * distance_squared);
+        let weight =
+            receiver.normal.dot(to) * source.normal().dot(to).abs() / (distance_squared * distance_squared);
         if !(weight > 0.0) {
             continue;
         }

@@ -89,7 +89,11 @@ impl Shaft {
     /// the receivers hides nothing.
     pub(crate) fn may_block(&self, polygon: &ConvexPolygon) -> bool {
         let vertices = polygon.vertices();
-        !self.sides.iter().chain(&self.caps).any(|side| vertices.iter().all(|&v| side.normal.dot(v) <= side.offset))
+        !self
+            .sides
+            .iter()
+            .chain(&self.caps)
+            .any(|side| vertices.iter().all(|&v| side.normal.dot(v) <= side.offset))
             && (0..3).all(|axis| {
                 vertices.iter().any(|v| v[axis] >= self.low[axis])
                     && vertices.iter().any(|v| v[axis] <= self.high[axis])
@@ -134,14 +138,9 @@ fn source_bounds(source: &ConvexPolygon) -> SmallVec<[DVec3; 8]> {
         }
     }
     let corner = |u: f64, v: f64| origin + u * x + v * y;
-    [
-        corner(low[0], low[1]),
-        corner(high[0], low[1]),
-        corner(high[0], high[1]),
-        corner(low[0], high[1]),
-    ]
-    .into_iter()
-    .collect()
+    [corner(low[0], low[1]), corner(high[0], low[1]), corner(high[0], high[1]), corner(low[0], high[1])]
+        .into_iter()
+        .collect()
 }
 
 /// The twelve edges of a box whose corner `k` takes the high coordinate of axis `a` where bit `a` of `k` is set.

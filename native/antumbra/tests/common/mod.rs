@@ -4,7 +4,7 @@
 use antumbra::visibility::{ConvexPolygon, Receiver, Scratch, VisibleFormFactor, visible_form_factor};
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every machine.
+/// `SplitMix64` (Steele, Lea, Flood 2014): the same numbers on every machine.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
