@@ -73,14 +73,16 @@ pub(crate) fn run(options: &Options) -> Outcome {
 
     println!("Baking {}", scene.display());
     let mut bake = host.antumbra(&scene);
-    bake.arg("--output").arg(output).arg("--report").arg(report).arg("--glb").arg(glb);
+    bake.arg("--output").arg(output).arg("--report").arg(report);
     for setting in &options.settings {
         bake.arg("--set").arg(setting);
     }
     progress::watch(&mut bake)?;
-    println!("Rendering the picture");
-    let script = tree::path("native/xtask/blender/render_picture.py");
-    run_quietly(host.script(&script).arg(output).arg(picture))?;
+    println!("Exporting and rendering");
+    for (script, file) in [("export_glb.py", glb), ("render_picture.py", picture)] {
+        let mut finish = host.script(&tree::path("native/xtask/blender").join(script));
+        run_quietly(finish.arg(output).arg(file))?;
+    }
     if let Some(missing) = written.iter().find(|file| !file.is_file()) {
         return Err(Failure::Task(format!("{} was not written", missing.display())));
     }
