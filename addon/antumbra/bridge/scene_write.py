@@ -62,10 +62,11 @@ def remove_bakes(context: bpy.types.Context, owners: set[bpy.types.Object] | Non
     remove_baked_objects(baked)
     restore_sources(sources)
     _remove_empty_collection(scene)
+    in_view = set(view_layer.objects)
     for source in select:
-        if source is not None and source.name in view_layer.objects:
+        if source in in_view:
             source.select_set(True, view_layer=view_layer)
-    if active_source is not None and active_source.name in view_layer.objects:
+    if active_source in in_view:
         view_layer.objects.active = active_source
     return count
 

@@ -66,7 +66,7 @@ SPECS: Mapping[str, Spec] = {
         subtype="DISTANCE",
     ),
     "max_level": Spec(
-        "Max Subdivisions",
+        "Max Level",
         "How many times a face may be halved where the light changes. One more makes four times the triangles there",
         8,
         minimum=0,
@@ -88,7 +88,7 @@ SPECS: Mapping[str, Spec] = {
         subtype="TIME_ABSOLUTE",
     ),
     "triangle_budget": Spec(
-        "Triangle Budget",
+        "Max Triangles",
         "Stop refining at this many triangles in all baked meshes. 0 sets no limit",
         0,
         minimum=0,

@@ -15,7 +15,7 @@ from ..operators import ANTUMBRA_OT_bake, ANTUMBRA_OT_remove_bake
 from .status_bar import draw_progress
 
 # Average width of a letter of Blender's interface font at scale 1, in pixels; a little large, so nothing is cut off.
-_LETTER_WIDTH = 7.5
+_LETTER_WIDTH = 6.5
 
 
 class _RenderPanel:
@@ -110,7 +110,7 @@ def _draw_outcome(layout: Any, context: bpy.types.Context) -> None:
         return
     preferences: Any = context.preferences
     region: Any = context.region
-    letters = max(20, int(region.width / (_LETTER_WIDTH * preferences.system.ui_scale)) - 6)
+    letters = max(20, int(region.width / (_LETTER_WIDTH * preferences.system.ui_scale)) - 7)
     column = layout.column(align=True)
     icon = outcome.icon
     for line in outcome.lines:

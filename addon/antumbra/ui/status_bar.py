@@ -13,18 +13,21 @@ from ..operators import ANTUMBRA_OT_cancel_bake, ANTUMBRA_OT_stop_bake
 
 def _draw(header: Any, _context: bpy.types.Context) -> None:
     if running.is_running():
-        draw_progress(header.layout.row(align=True))
+        row = header.layout.row(align=True)
+        row.label(text="Antumbra")
+        draw_progress(row, width_units=10)
 
 
-def draw_progress(row: Any) -> None:
-    """A bar, and the buttons that end the bake."""
+def draw_progress(row: Any, width_units: float = 0.0) -> None:
+    """A bar, as wide as there is room when width_units is 0, and the buttons that end the bake."""
     progress = running.progress()
     if progress is None:
         return
     waiting = running.waiting_for()
-    text = waiting or f"Antumbra: {progress.stage}, {progress.fraction:.0%}"
+    text = waiting or f"{progress.fraction:.0%} {progress.stage}"
     bar = row.row()
-    bar.ui_units_x = 12
+    # What a finished bake waits for takes a whole sentence.
+    bar.ui_units_x = width_units + 6 if width_units and waiting else width_units
     bar.progress(factor=progress.fraction, text=text)
     if not waiting:
         row.operator(ANTUMBRA_OT_stop_bake.bl_idname, text="", icon="CHECKMARK")
