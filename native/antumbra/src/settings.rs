@@ -63,12 +63,17 @@ impl Default for Settings {
     }
 }
 
+/// Triangles that refinement may add to a scene when no budget is set, besides one for each that was there. Adaptive
+/// subdivision chases every fine shadow of a detailed interior with millions of elements; four times this is where
+/// memory and export formats start to hurt. Simple scenes stay far below.
+const AUTOMATIC_LIMIT: usize = 200_000;
+
 impl Settings {
-    /// The triangle budget as a count; none is the largest count.
-    pub(crate) fn triangle_limit(&self) -> usize {
-        match self.triangle_budget {
-            0 => usize::MAX,
-            budget => usize::try_from(budget).unwrap_or(usize::MAX),
+    /// The most triangles that refinement may make of so many.
+    pub(crate) fn triangle_limit(&self, coarse_triangles: usize) -> usize {
+        match usize::try_from(self.triangle_budget).unwrap_or(usize::MAX) {
+            0 => AUTOMATIC_LIMIT + 2 * coarse_triangles,
+            budget => budget,
         }
     }
 

@@ -53,7 +53,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let meshes = weld(input, &world, &mesh, &irradiance, settings.quantity);
     monitor.check()?;
     let ended_by = if out_of_budget && ended_by == "converged" { "triangle_budget" } else { ended_by };
-    let report = Report {
+    let mut report = Report {
         scene: SceneSummary {
             objects: input.objects.len(),
             triangles: input.objects.iter().map(|object| object.triangles.len()).sum(),
@@ -70,6 +70,12 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         },
         warnings: world.warnings.clone(),
     };
+    if out_of_budget && settings.triangle_budget == 0 {
+        report.warnings.push(format!(
+            "the mesh was not refined beyond {} triangles: set triangle_budget for a finer one, or a larger tolerance",
+            report.result.triangles
+        ));
+    }
     monitor.report(Progress { stage: Stage::Done, fraction: 1.0, ..monitor.progress() });
     Ok(Bake { meshes, report })
 }

@@ -13,10 +13,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 use crate::error::Error;
 use crate::index::{ElementId, SampleId, VertexId};
-use crate::mesh::{Mesh, Sample, Side, edge_key};
+use crate::mesh::{Mesh, Sample, Side, area, edge_key};
 use crate::monitor::Monitor;
 use crate::scene::world::World;
 use crate::transport::column::Column;
@@ -36,6 +37,10 @@ const WORTH_SEARCHING: f64 = 1e-3;
 /// Elements whose corners' differences could not make this share of the allowed squared error are left alone: even a
 /// hundred thousand of them together stay below it.
 const WORTH_TESTING: f64 = 1e-6;
+
+/// A deviation counts when its square is above this many variances of the rays at the middle: three standard errors
+/// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
+const CERTAIN: f64 = 13.5;
 
 /// In one round, elements with at least this share of the largest squared error are quartered. More at once would
 /// refine what the next round finds good enough; fewer cost a round of bookkeeping each.
@@ -74,11 +79,19 @@ pub(crate) struct Refinement<'a> {
     pub(crate) hidden_shadows: bool,
 }
 
+/// What may block a source from an element.
+enum Obstacles {
+    /// These polygons, or none.
+    Listed(Vec<u32>),
+    /// Too many to list.
+    Crowd,
+}
+
 /// An element under test.
 struct Suspect {
     element: ElementId,
-    /// Sources that may light it unevenly, by index, with what may block them (`None`: a crowd).
-    sources: Vec<(u32, Option<Vec<u32>>)>,
+    /// Sources that may light it unevenly, by index, with what may block them.
+    sources: Vec<(u32, Obstacles)>,
 }
 
 /// A leaf with the integral of its squared error, W²/m².
@@ -91,8 +104,8 @@ struct Uneven {
 #[derive(Default)]
 struct Middle {
     /// Computed form factors, by source.
-    values: Vec<(u32, f32)>,
-    /// Irradiance beyond the mean of the edge's ends, W/m².
+    values: SmallVec<[(u32, f32); 2]>,
+    /// Irradiance beyond the mean of the edge's ends, W/m²; zero where it cannot be told from the noise of rays.
     deviation: DVec3,
 }
 
@@ -183,7 +196,7 @@ impl Refinement<'_> {
 
     /// The integral over an element of the squared difference between the quadratic through its corners and edges'
     /// middles and the linear interpolant, as shown and averaged over the channels, W²/m²: with deviations d at the middles it
-    /// is 16/90 A (sum of d_i² + sum over i < j of d_i d_j).
+    /// is 16/90 A times the sum of `d_i d_j` over all unordered pairs, `i = j` included.
     fn squared_error(&self, mesh: &Mesh, id: ElementId, middles: &Middles) -> f64 {
         let element = mesh.element(id);
         let shown = self.shown[self.world.faces[element.face.index()].material as usize];
@@ -192,7 +205,7 @@ impl Refinement<'_> {
             shown * middles.get(&key).map_or(DVec3::ZERO, |middle| middle.deviation)
         });
         let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
-        mesh.area(element, self.world) * forms * (16.0 / 90.0 / 3.0)
+        area(element, self.world) * forms * (16.0 / 90.0 / 3.0)
     }
 
     /// The elements that the group could light unevenly.
@@ -203,9 +216,12 @@ impl Refinement<'_> {
         frontier: &[ElementId],
     ) -> Result<Vec<Suspect>, Error> {
         let suspects: Vec<Option<Suspect>> = (frontier.par_iter())
-            .map_init(Vec::new, |found, &id| {
-                if self.monitor.is_cancelled() { None } else { self.suspect(mesh, group, id, found) }
-            })
+            .map_init(
+                Vec::new,
+                |found, &id| {
+                    if (self.ends)() { None } else { self.suspect(mesh, group, id, found) }
+                },
+            )
             .collect();
         self.monitor.check()?;
         Ok(suspects.into_iter().flatten().collect())
@@ -227,8 +243,9 @@ impl Refinement<'_> {
         let spread = (0..3)
             .map(|k| self.in_wanted_errors(corner_light[k] - corner_light[(k + 1) % 3], face))
             .fold(0.0, f64::max);
-        let area = mesh.area(element, self.world);
-        let share = |wanted_errors: f64| (wanted_errors * self.wanted_error).powi(2) * area / self.allowed;
+        let element_area = area(element, self.world);
+        let share =
+            |wanted_errors: f64| (wanted_errors * self.wanted_error).powi(2) * element_area / self.allowed;
         if spread < EVEN || share(spread) < WORTH_TESTING {
             let most = group.iter().map(|source| brightest(&receivers, source)).sum();
             if !self.hidden_shadows || share(self.in_wanted_errors(most, face)) < WORTH_SEARCHING {
@@ -242,7 +259,9 @@ impl Refinement<'_> {
             })
             .collect();
         // Unblocked light is smooth: where all corners agree, it is even.
-        let unblocked = sources.iter().all(|(_, candidates)| candidates.as_ref().is_some_and(Vec::is_empty));
+        let unblocked = sources
+            .iter()
+            .all(|(_, obstacles)| matches!(obstacles, Obstacles::Listed(list) if list.is_empty()));
         if sources.is_empty() || (unblocked && spread < EVEN) {
             return None;
         }
@@ -257,7 +276,7 @@ impl Refinement<'_> {
         receivers: &[Receiver; 3],
         source: &GroupSource,
         found: &mut Vec<u32>,
-    ) -> Option<Option<Vec<u32>>> {
+    ) -> Option<Obstacles> {
         let element = mesh.element(id);
         let face = element.face.index();
         // Reflected light counts by what differs at the corners (the paper, §2.2); most of it does not.
@@ -279,7 +298,7 @@ impl Refinement<'_> {
         let plane = flat.then_some((points[0], receivers[0].normal));
         let shaft = Shaft::new(&points, &TRIANGLE_EDGES, &source.polygon, plane);
         match self.form_factors.candidates(&shaft, found) {
-            Candidates::Crowd => Some(None),
+            Candidates::Crowd => Some(Obstacles::Crowd),
             Candidates::Shared([]) => {
                 // Without blockers a far source is nearly linear: its second difference falls with the square of
                 // size over distance.
@@ -288,9 +307,9 @@ impl Refinement<'_> {
                     .map(|p| p.distance(source.polygon.centroid()))
                     .fold(f64::INFINITY, f64::min);
                 let bend = most * (size / distance).powi(2).min(1.0);
-                (bend >= INTERPOLATED).then(|| Some(Vec::new()))
+                (bend >= INTERPOLATED).then(|| Obstacles::Listed(Vec::new()))
             }
-            Candidates::Shared(list) => Some(Some(list.to_vec())),
+            Candidates::Shared(list) => Some(Obstacles::Listed(list.to_vec())),
         }
     }
 
@@ -315,7 +334,8 @@ impl Refinement<'_> {
         }
         let found: Vec<Middle> = (wanted.par_iter())
             .map_init(Workspace::default, |workspace, &(ends, suspect, k)| {
-                if self.monitor.is_cancelled() {
+                // An empty middle deviates from nothing, so nothing is refined for it.
+                if (self.ends)() {
                     return Middle::default();
                 }
                 self.compute_middle(mesh, group, suspect, ends, k, workspace)
@@ -345,16 +365,23 @@ impl Refinement<'_> {
         };
         let receiver = sample.receiver(Side::Front);
         let seed = ((a.index() as u64) << 32) | b.index() as u64;
-        let mut middle = Middle::default();
-        for (index, candidates) in &suspect.sources {
+        let (mut middle, mut variance) = (Middle::default(), 0.0);
+        for (index, obstacles) in &suspect.sources {
             let source = &group[*index as usize];
-            let candidates = candidates.as_deref().map_or(Candidates::Crowd, Candidates::Shared);
+            let candidates = match obstacles {
+                Obstacles::Listed(list) => Candidates::Shared(list),
+                Obstacles::Crowd => Candidates::Crowd,
+            };
             let weight = self.in_wanted_errors(source.radiosity, face);
-            let value =
+            let found =
                 self.form_factors.visible(&receiver, &source.polygon, candidates, weight, seed, workspace);
-            middle.values.push((*index, value as f32));
+            middle.values.push((*index, found.value as f32));
+            variance += (found.noise * source.radiosity).length_squared();
             let mean = 0.5 * (source.column.front(a) + source.column.front(b));
-            middle.deviation += (value - mean) * source.radiosity;
+            middle.deviation += (found.value - mean) * source.radiosity;
+        }
+        if middle.deviation.length_squared() <= CERTAIN * variance {
+            middle.deviation = DVec3::ZERO;
         }
         middle
     }

@@ -144,11 +144,6 @@ impl Mesh {
         element.vertices.map(|v| self.vertices[v.index()].position)
     }
 
-    /// Area of an element: its face's, quartered at each level.
-    pub(crate) fn area(&self, element: &Element, world: &World) -> f64 {
-        world.faces[element.face.index()].area * 0.25_f64.powi(i32::from(element.level))
-    }
-
     /// The sample in the middle of an element's edge, when one was made.
     pub(crate) fn sample_midpoint(&self, a: SampleId, b: SampleId) -> Option<SampleId> {
         self.sample_midpoints.get(&edge_key(a, b)).copied()
@@ -167,4 +162,9 @@ impl Mesh {
         self.elements.push(element);
         id
     }
+}
+
+/// Area of an element, m²: its face's, quartered at each level.
+pub(crate) fn area(element: &Element, world: &World) -> f64 {
+    world.faces[element.face.index()].area * 0.25_f64.powi(i32::from(element.level))
 }

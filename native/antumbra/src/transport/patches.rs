@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::index::{ElementId, SampleId};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, area};
 use crate::scene::world::World;
 
 /// Difference of radiosity within a patch of the automatic size, relative to the mean radiosity of the scene, that is
@@ -37,7 +37,7 @@ pub(crate) fn fit_to_light(
     while let Some((id, quartered)) = open.pop() {
         let element = mesh.element(id);
         let reflectance = DVec3::from_array(world.material(element.face).reflectance_rgb);
-        let size = mesh.area(element, world).sqrt();
+        let size = area(element, world).sqrt();
         let (least, most) = range(mesh, id, irradiance);
         let spread =
             (0..2).map(|side| (reflectance * (most[side] - least[side])).max_element()).fold(0.0, f64::max);

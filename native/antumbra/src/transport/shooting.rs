@@ -14,8 +14,8 @@ use rayon::prelude::*;
 
 use crate::adapt::adaptive_subdivision::{GroupSource, Refinement};
 use crate::error::Error;
-use crate::index::ElementId;
-use crate::mesh::Mesh;
+use crate::index::{ElementId, FaceId};
+use crate::mesh::{Mesh, area};
 use crate::monitor::Monitor;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings};
@@ -117,6 +117,8 @@ pub(crate) struct Shooting<'a> {
     kept_bytes: usize,
     /// Per sample and side: what columns that were not kept have brought.
     light: Vec<[Light; 2]>,
+    /// Triangles that the whole mesh may have after refinement.
+    triangle_limit: usize,
     /// When the user's time is up.
     deadline: Option<Instant>,
     pub(crate) shots: usize,
@@ -139,6 +141,11 @@ impl<'a> Shooting<'a> {
         let CoarseMesh { mesh, patch_elements, patch_size, coarse_elements, deepest } = coarse;
         let sources = Sources::new(world, &mesh, &patch_elements);
         let coarse_samples = mesh.samples.len();
+        // The budget is for what is baked; objects that are not stay as coarse as they are.
+        let receives = |face: FaceId| world.receives(face);
+        let others = mesh.elements.iter().filter(|e| e.is_leaf() && !receives(e.face)).count();
+        let limit = settings.triangle_limit(mesh.triangles - others);
+        let triangle_limit = limit.saturating_add(others);
         let mut shooting = Self {
             world,
             settings,
@@ -158,6 +165,7 @@ impl<'a> Shooting<'a> {
             patch_of: Vec::new(),
             kept_bytes: 0,
             light: vec![[Light::default(); 2]; coarse_samples],
+            triangle_limit,
             deadline: (settings.time_limit > 0.0)
                 .then(|| Instant::now() + Duration::from_secs_f64(settings.time_limit)),
             shots: 0,
@@ -266,9 +274,8 @@ impl<'a> Shooting<'a> {
         let shown: Vec<DVec3> =
             self.world.materials.iter().map(|material| self.shown(material.reflectance_rgb)).collect();
         let wanted_error = which.share() * self.wanted_error();
-        let area: f64 = (self.coarse_elements.iter())
-            .map(|&element| self.mesh.area(self.mesh.element(element), self.world))
-            .sum();
+        let baked_area: f64 =
+            (self.coarse_elements.iter()).map(|&element| area(self.mesh.element(element), self.world)).sum();
         let deadline = self.deadline;
         let monitor = self.monitor;
         let refinement = Refinement {
@@ -277,10 +284,10 @@ impl<'a> Shooting<'a> {
             monitor: self.monitor,
             shown: &shown,
             wanted_error,
-            allowed: wanted_error * wanted_error * area,
+            allowed: wanted_error * wanted_error * baked_area,
             ends: &|| ends(monitor, deadline),
             deepest: &self.deepest,
-            triangle_budget: self.settings.triangle_limit(),
+            triangle_budget: self.triangle_limit,
             hidden_shadows: which == Which::Emitters,
         };
         self.out_of_budget |= refinement.refine(&mut self.mesh, &mut group, &self.coarse_elements)?;
@@ -391,7 +398,7 @@ impl<'a> Shooting<'a> {
         let mut sums = vec![[0.0_f64; 2]; self.sources.patches.len()];
         for (element, patch) in self.mesh.elements.iter().zip(&self.patch_of) {
             let (true, Some(patch)) = (element.is_leaf(), patch) else { continue };
-            let third = self.mesh.area(element, self.world) / 3.0;
+            let third = area(element, self.world) / 3.0;
             for sample in element.samples {
                 let values = column.values[sample.index()];
                 sums[patch.index()][0] += third * f64::from(values[0]);
@@ -417,7 +424,9 @@ impl<'a> Shooting<'a> {
         self.patch_of.resize(self.mesh.elements.len(), None);
         for (index, element) in self.mesh.elements.iter().enumerate() {
             if let (Some(patch), Some(children)) = (self.patch_of[index], element.children()) {
-                children.iter().for_each(|child| self.patch_of[child.index()] = Some(patch));
+                for child in children {
+                    self.patch_of[child.index()] = Some(patch);
+                }
             }
         }
     }

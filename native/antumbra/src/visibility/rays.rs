@@ -7,14 +7,14 @@
 use glam::DVec3;
 
 use crate::visibility::blockers::Blockers;
-use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
+use crate::visibility::{ConvexPolygon, Receiver};
 
 /// Generators of the R2 sequence (Roberts 2018): the two-dimensional golden ratio's inverse powers.
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// The visible form factor by `count` rays: the unblocked share of the kernel's weight times the exact unblocked
-/// form factor, so that it is exact where all rays agree.
-pub(crate) fn sampled_form_factor(
+/// The visible share of a source's light by `count` rays: their unblocked share of the form factor's kernel. Times
+/// the exact unblocked form factor it is exact where all rays rightly agree.
+pub(crate) fn visible_share(
     receiver: &Receiver,
     source: &ConvexPolygon,
     blockers: &Blockers,
@@ -30,7 +30,7 @@ pub(crate) fn sampled_form_factor(
         let distance_squared = to.length_squared();
         let weight =
             receiver.normal.dot(to) * source.normal().dot(to).abs() / (distance_squared * distance_squared);
-        if !(weight > 0.0) {
+        if weight <= 0.0 {
             continue;
         }
         total += weight;
@@ -38,7 +38,7 @@ pub(crate) fn sampled_form_factor(
             visible += weight;
         }
     }
-    if total > 0.0 { unoccluded_form_factor(receiver, source) * (visible / total) } else { 0.0 }
+    if total > 0.0 { visible / total } else { 0.0 }
 }
 
 /// A point of the polygon, uniform in area: `u` picks a triangle of its fan, then both fold into the triangle.

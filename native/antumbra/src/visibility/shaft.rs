@@ -58,10 +58,14 @@ impl Shaft {
         // Sides through an edge of the source and a receiver point, then the other way round.
         for i in 0..bounds.len() {
             let (a, b) = (bounds[i], bounds[(i + 1) % bounds.len()]);
-            points.iter().for_each(|&p| shaft.add_if_supporting(a, b, p, points, &bounds));
+            for &p in points {
+                shaft.add_if_supporting(a, b, p, points, &bounds);
+            }
         }
         for &[i, j] in edges {
-            bounds.iter().for_each(|&q| shaft.add_if_supporting(points[i], points[j], q, points, &bounds));
+            for &q in &bounds {
+                shaft.add_if_supporting(points[i], points[j], q, points, &bounds);
+            }
         }
         // Blockers behind the source, or behind the receivers' horizon, do not matter.
         let normal = source.normal();
