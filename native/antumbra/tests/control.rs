@@ -1,0 +1,158 @@
+//! Watching, stopping and cancelling a bake.
+
+mod common;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use antumbra::Error;
+use antumbra::monitor::{Monitor, Progress, Stage};
+use antumbra::settings::Settings;
+use antumbra::solve::bake;
+use antumbra::weld::Bake;
+use common::baked::assert_sound;
+use common::scene::{Scene, adaptive, lamp, uniform};
+use common::shape::Shape;
+use glam::DVec3;
+
+/// A room with many things in it: seconds of work at fine settings.
+fn room() -> Scene {
+    let mut scene = Scene::default();
+    let grey = scene.material(0.7, 0.0);
+    scene.object("room", Shape::room(DVec3::new(4.0, 3.0, 2.5)), grey);
+    for i in 0..4 {
+        let centre = DVec3::new(0.6 + 0.8 * f64::from(i), 1.5, 0.5);
+        scene.object("ball", Shape::sphere(0.3, 2).map(|p| p + centre), grey);
+    }
+    scene.light(&lamp(DVec3::new(2.0, 1.5, 2.4), 0.3), 10.0);
+    scene
+}
+
+/// So much work that it cannot be done before the test cancels it.
+fn endless() -> Settings {
+    Settings { tolerance: 1e-4, element_size: 0.02, ..adaptive() }
+}
+
+fn quick() -> Settings {
+    Settings { tolerance: 0.2, max_level: 2, ..adaptive() }
+}
+
+/// Bakes on one thread while `watch` sees every snapshot that another thread catches.
+fn watched(settings: &Settings, mut watch: impl FnMut(&Monitor, Progress)) -> (Result<Bake, Error>, Monitor) {
+    let (scene, monitor, finished) = (room(), Monitor::new(), AtomicBool::new(false));
+    let result = thread::scope(|scope| {
+        let worker = scope.spawn(|| {
+            let result = bake(&scene.input, settings, &monitor);
+            finished.store(true, Ordering::Release);
+            result
+        });
+        while !finished.load(Ordering::Acquire) {
+            watch(&monitor, monitor.progress());
+            thread::yield_now();
+        }
+        worker.join().expect("the solver does not panic")
+    });
+    (result, monitor)
+}
+
+#[test]
+fn cancelled_before_it_starts() {
+    let monitor = Monitor::new();
+    monitor.cancel();
+    assert_eq!(bake(&room().input, &endless(), &monitor).err(), Some(Error::Cancelled));
+}
+
+#[test]
+fn cancelled_while_it_shoots() {
+    let (result, _) = watched(&endless(), |monitor, progress| {
+        if progress.stage == Stage::Shooting && progress.shots >= 2 {
+            monitor.cancel();
+        }
+    });
+    assert_eq!(result.err(), Some(Error::Cancelled));
+}
+
+#[test]
+fn cancelled_before_its_first_shot() {
+    let (result, _) = watched(&endless(), |monitor, _| monitor.cancel());
+    assert_eq!(result.err(), Some(Error::Cancelled));
+}
+
+/// Whoever cancels after stopping, or stops after cancelling, has cancelled.
+#[test]
+fn cancelling_is_final() {
+    for order in [[Monitor::stop, Monitor::cancel], [Monitor::cancel, Monitor::stop]] {
+        let monitor = Monitor::new();
+        order.iter().for_each(|wish| wish(&monitor));
+        assert_eq!(bake(&room().input, &quick(), &monitor).err(), Some(Error::Cancelled));
+    }
+}
+
+#[test]
+fn stopped_before_its_first_shot_it_is_still_a_bake() {
+    let (scene, monitor) = (room(), Monitor::new());
+    monitor.stop();
+    let stopped = bake(&scene.input, &quick(), &monitor).expect("stopping is no failure");
+    assert_eq!(stopped.report.result.ended_by, "stopped");
+    assert_sound(&scene.input, &stopped);
+    assert_eq!(stopped.meshes.len(), 5);
+    assert_eq!(monitor.progress().stage, Stage::Done);
+    assert_eq!(monitor.progress().fraction, 1.0);
+}
+
+#[test]
+fn stopped_while_it_shoots_it_has_some_light() {
+    let settings = Settings { tolerance: 1e-3, max_level: 2, ..adaptive() };
+    let (result, _) = watched(&settings, |monitor, progress| {
+        if progress.shots >= 5 {
+            monitor.stop();
+        }
+    });
+    let stopped = result.expect("stopping is no failure");
+    assert_eq!(stopped.report.result.ended_by, "stopped");
+    assert!(stopped.report.result.unshot > 0.0);
+    assert_sound(&room().input, &stopped);
+    assert!(common::baked::all_light(&stopped).any(|light| light.min_element() > 0.1));
+}
+
+#[test]
+fn a_time_limit_ends_it() {
+    let scene = room();
+    let bake = scene.bake(&Settings { time_limit: 1e-9, ..quick() });
+    assert_eq!(bake.report.result.ended_by, "time_limit");
+    assert_sound(&scene.input, &bake);
+    let bake = scene.bake(&Settings { time_limit: 1e6, ..quick() });
+    assert_eq!(bake.report.result.ended_by, "converged");
+}
+
+#[test]
+fn progress_never_goes_back_and_ends_at_1() {
+    for settings in [quick(), uniform(0.5)] {
+        let (mut last, mut seen) = (Progress::default(), 0);
+        let (result, monitor) = watched(&settings, |_, progress| {
+            assert!((0.0..=1.0).contains(&progress.fraction), "{progress:?}");
+            let (before, now) = (last.fraction, progress.fraction);
+            assert!(now >= before, "from {last:?} back to {progress:?}");
+            assert!(progress.shots >= last.shots && progress.stage as u8 >= last.stage as u8);
+            seen += usize::from(progress != last);
+            last = progress;
+        });
+        assert!(result.is_ok() && seen > 3, "only {seen} snapshots");
+        assert_eq!(monitor.progress().stage, Stage::Done);
+        assert_eq!(monitor.progress().fraction, 1.0);
+    }
+}
+
+#[test]
+fn the_timeline_goes_forward() {
+    let report = room().bake(&quick()).report;
+    assert!(!report.timeline.is_empty());
+    for pair in report.timeline.windows(2) {
+        assert!(pair[0].time_s <= pair[1].time_s);
+        assert!(pair[0].shots <= pair[1].shots);
+        assert!(pair[0].elements <= pair[1].elements && pair[0].vertices <= pair[1].vertices);
+        assert!((0.0..=1.0).contains(&pair[1].unshot));
+    }
+    let last = report.timeline.last().expect("it is not empty");
+    assert!(last.unshot <= report.timeline[0].unshot && last.shots > 1);
+}
