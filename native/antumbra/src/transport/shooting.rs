@@ -32,6 +32,14 @@ const KEPT_BYTES: usize = 1 << 30;
 /// Share of the tolerance below which light that is still to come is not worth another column.
 const NEGLIGIBLE: f64 = 0.05;
 
+/// In a scene of many samples, a source whose share of all light is below this times the tolerance is not worth a
+/// column: such light is spread over thousands of small patches, and lands like the indirect light before it. In a
+/// scene of few samples columns cost nothing, and a dim room behind a door gets all of its bounces.
+const SMALLEST: f64 = 0.01;
+
+/// What counts as many samples: a column of these costs about a tenth of a second.
+const MANY_SAMPLES: f64 = 100_000.0;
+
 /// Unshot share below which even kept columns are done: below what f32 colours can show.
 const EXHAUSTED: f64 = 1e-9;
 
@@ -231,7 +239,9 @@ impl<'a> Shooting<'a> {
         let Some(source) = self.balance.strongest(&self.sources, range) else { return Ok(None) };
         let remaining = self.remaining();
         let kept = self.columns[source.index()].is_some();
-        if remaining <= EXHAUSTED || (remaining <= NEGLIGIBLE * self.settings.tolerance && !kept) {
+        let negligible = NEGLIGIBLE * self.settings.tolerance;
+        let share = self.balance.share(source, &self.sources);
+        if remaining <= EXHAUSTED || (!kept && (remaining <= negligible || share <= self.smallest_share())) {
             return Ok(None);
         }
         let radiosity = self.balance.unshot[source.index()];
@@ -322,6 +332,11 @@ impl<'a> Shooting<'a> {
             sent.total += radiosity;
             sent.pending += radiosity;
         }
+    }
+
+    /// The share of all light that a source must have to be worth a column.
+    fn smallest_share(&self) -> f64 {
+        SMALLEST * self.settings.tolerance * (self.coarse_samples as f64 / MANY_SAMPLES).min(1.0)
     }
 
     /// Share of all light that has not arrived yet.
