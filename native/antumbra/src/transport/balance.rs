@@ -125,6 +125,16 @@ impl Balance {
         if area > 0.0 { mean.element_sum() / 3.0 } else { 0.0 }
     }
 
+    /// Mean radiosity that all surfaces reflect so far, on both sides and over the channels.
+    pub(crate) fn mean_reflected(&self, sources: &Sources) -> f64 {
+        let (mut reflected, mut area) = (DVec3::ZERO, 0.0);
+        for (irradiance, patch) in self.patch_irradiance.iter().zip(&sources.patches) {
+            reflected += patch.polygon.area() * patch.reflectance * (irradiance[0] + irradiance[1]);
+            area += 2.0 * patch.polygon.area();
+        }
+        if area > 0.0 { reflected.element_sum() / (3.0 * area) } else { 0.0 }
+    }
+
     /// Power that will still arrive, counting all bounces: what is unshot lands like what was shot, and is reflected
     /// by what it lands on.
     fn future(&self, sources: &Sources, landing: Landing) -> DVec3 {

@@ -202,7 +202,9 @@ impl<'a> Shooting<'a> {
                 }
             }
         }
-        let mean = self.balance.mean_baked(&self.sources, false);
+        // Where the baked surfaces are dark, the light is elsewhere, and patches there need not be finer for it.
+        let mean =
+            self.balance.mean_baked(&self.sources, false).max(self.balance.mean_reflected(&self.sources));
         self.patch_elements = fit_to_light(
             &mut self.mesh,
             self.world,

@@ -1,5 +1,9 @@
-//! Solids, random numbers and quadrature for the tests of the exact visible form factor.
+//! Solids, random numbers and quadrature for the tests of the exact visible form factor; scenes for the solver's.
 #![allow(dead_code, reason = "each test file uses its part of this")]
+
+pub(crate) mod baked;
+pub(crate) mod scene;
+pub(crate) mod shape;
 
 use antumbra::visibility::{ConvexPolygon, Receiver, Scratch, VisibleFormFactor, visible_form_factor};
 use glam::{DMat3, DQuat, DVec3, EulerRot};
