@@ -23,6 +23,7 @@ use crate::transport::balance::Balance;
 use crate::transport::column::Column;
 use crate::transport::form_factors::{Cluster, FormFactorPair, FormFactors, Workspace, clusters};
 use crate::transport::patches::fit_to_light;
+use crate::transport::sample_light::SampleLight;
 use crate::transport::sources::{PatchId, SourceId, Sources};
 use crate::visibility::ConvexPolygon;
 
@@ -61,13 +62,6 @@ struct Sent {
     total: DVec3,
     /// Of the total: what has not been added to the samples yet.
     pending: DVec3,
-}
-
-/// Irradiance of one side of a sample, W/m².
-#[derive(Debug, Clone, Copy, Default)]
-struct Light {
-    direct: DVec3,
-    indirect: DVec3,
 }
 
 /// Which sources.
@@ -124,7 +118,7 @@ pub(crate) struct Shooting<'a> {
     columns: Vec<Option<KeptColumn>>,
     kept_bytes: usize,
     /// Per sample and side: what columns that were not kept have brought.
-    light: Vec<[Light; 2]>,
+    light: SampleLight,
     /// Triangles that the whole mesh may have after refinement.
     triangle_limit: usize,
     /// When the user's time is up.
@@ -172,7 +166,7 @@ impl<'a> Shooting<'a> {
             patch_size,
             patch_of: Vec::new(),
             kept_bytes: 0,
-            light: vec![[Light::default(); 2]; coarse_samples],
+            light: SampleLight::new(coarse_samples),
             triangle_limit,
             deadline: (settings.time_limit > 0.0)
                 .then(|| Instant::now() + Duration::from_secs_f64(settings.time_limit)),
@@ -359,9 +353,7 @@ impl<'a> Shooting<'a> {
                 self.add(SourceId::new(index), column.samples);
             }
         }
-        let irradiance = (self.light.iter())
-            .map(|sides| sides.map(|light| light.direct + closing * light.indirect))
-            .collect();
+        let irradiance = self.light.total(&self.mesh, closing);
         (self.mesh, irradiance)
     }
 
@@ -462,28 +454,8 @@ impl<'a> Shooting<'a> {
     /// Adds the pending light of a source to the samples.
     fn add(&mut self, source: SourceId, mut column: Column) {
         let radiosity = std::mem::take(&mut self.sent[source.index()].pending);
-        self.grow_light();
         column.interpolate_new(&self.mesh);
-        let direct = self.sources.is_emitter(source);
-        self.light.par_iter_mut().zip(&column.values).with_min_len(4096).for_each(|(sides, values)| {
-            for (light, &value) in sides.iter_mut().zip(values) {
-                let sum = if direct { &mut light.direct } else { &mut light.indirect };
-                *sum += f64::from(value) * radiosity;
-            }
-        });
-    }
-
-    /// Samples that came after a column was added hold the mean of their parents.
-    fn grow_light(&mut self) {
-        for sample in &self.mesh.samples[self.light.len()..] {
-            let [a, b] =
-                sample.parents.expect("samples added by subdivision have parents; this is a bug in antumbra");
-            let [a, b] = [a, b].map(|s| self.light[s.index()]);
-            self.light.push(std::array::from_fn(|side| Light {
-                direct: 0.5 * (a[side].direct + b[side].direct),
-                indirect: 0.5 * (a[side].indirect + b[side].indirect),
-            }));
-        }
+        self.light.add(&self.mesh, &column, radiosity, self.sources.is_emitter(source));
     }
 }
 
