@@ -89,7 +89,7 @@ SPECS: Mapping[str, Spec] = {
     ),
     "triangle_budget": Spec(
         "Max Triangles",
-        "Stop refining at this many triangles in all baked meshes. 0 sets no limit",
+        "Stop refining at this many triangles in all baked meshes. 0 leaves the limit to the solver",
         0,
         minimum=0,
         maximum=_INT_MAX,

@@ -61,7 +61,8 @@ pub struct ResultSummary {
     pub triangles: usize,
     /// Baked vertices.
     pub vertices: usize,
-    /// Why the solver ended: `"converged"`, `"time_limit"`, `"triangle_budget"` or `"stopped"`.
+    /// Why the solver ended: `"converged"`, `"time_limit"`, `"triangle_budget"`,
+    /// `"refinement_limit"` (no budget was set, and the mesh reached the solver's own) or `"stopped"`.
     pub ended_by: String,
     /// Share of the light that had not arrived when shooting ended; it was spread like the indirect light before it.
     pub unshot: f64,

@@ -39,7 +39,8 @@ pub struct Settings {
     pub max_blockers: u32,
     /// Wall-clock seconds after which the solver finishes what it has; 0 means none.
     pub time_limit: f64,
-    /// Most triangles in the baked mesh; 0 means no limit.
+    /// Most triangles in the baked mesh; 0 leaves it to the solver, which stops at a safety limit of 200,000 plus
+    /// twice the triangles before refinement.
     pub triangle_budget: u64,
     /// What the colour attribute holds.
     pub quantity: Quantity,

@@ -52,7 +52,11 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let (mesh, irradiance) = shooting.finish();
     let meshes = weld(input, &world, &mesh, &irradiance, settings.quantity);
     monitor.check()?;
-    let ended_by = if out_of_budget && ended_by == "converged" { "triangle_budget" } else { ended_by };
+    let ended_by = match ended_by {
+        "converged" if out_of_budget && settings.triangle_budget == 0 => "refinement_limit",
+        "converged" if out_of_budget => "triangle_budget",
+        ended => ended,
+    };
     let mut report = Report {
         scene: SceneSummary {
             objects: input.objects.len(),
@@ -111,7 +115,8 @@ impl Timeline<'_> {
             let ended = self.shoot(shooting, which)?;
             shooting.refine(which)?;
             self.record(shooting, shooting.remaining());
-            if let Some(reason) = ended {
+            // The time may have run out while the mesh was refined.
+            if let Some(reason) = ended.or(self.wants_end()?) {
                 return Ok(reason);
             }
             if which == Which::Emitters {
@@ -125,13 +130,8 @@ impl Timeline<'_> {
     fn shoot(&mut self, shooting: &mut Shooting, which: Which) -> Result<Option<&'static str>, Error> {
         let mut unshot = 1.0;
         loop {
-            if self.monitor.wants_end() {
-                self.monitor.check()?;
-                return Ok(Some("stopped"));
-            }
-            if self.settings.time_limit > 0.0 && self.start.elapsed().as_secs_f64() > self.settings.time_limit
-            {
-                return Ok(Some("time_limit"));
+            if let Some(reason) = self.wants_end()? {
+                return Ok(Some(reason));
             }
             let Some(computed) = shooting.shoot(which)? else { return Ok(None) };
             // Shots from kept columns take microseconds; only what changes the picture is an iteration.
@@ -140,6 +140,16 @@ impl Timeline<'_> {
                 self.record(shooting, unshot);
             }
         }
+    }
+
+    /// Why the user wants it to end now, if so.
+    fn wants_end(&self) -> Result<Option<&'static str>, Error> {
+        self.monitor.check()?;
+        if self.monitor.wants_end() {
+            return Ok(Some("stopped"));
+        }
+        let limit = self.settings.time_limit;
+        Ok((limit > 0.0 && self.start.elapsed().as_secs_f64() > limit).then_some("time_limit"))
     }
 
     fn record(&mut self, shooting: &Shooting, unshot: f64) {

@@ -64,6 +64,12 @@ impl Balance {
         strongest.1
     }
 
+    /// A source's unshot power against all power that has arrived.
+    pub(crate) fn share(&self, source: SourceId, sources: &Sources) -> f64 {
+        let unshot = self.unshot[source.index()].abs().element_sum() * sources.area(source);
+        unshot / (unshot + self.landed.abs().element_sum())
+    }
+
     /// Moves a source's unshot light to the patches that see it, by their mean form factors.
     pub(crate) fn shoot(&mut self, source: SourceId, sources: &Sources, means: &[FormFactorPair]) {
         let radiosity = std::mem::take(&mut self.unshot[source.index()]);

@@ -25,6 +25,9 @@ const MOST_SHARED: usize = 96;
 /// Candidates up to which the exact form factor is always used; it then costs less than four rays.
 const ALWAYS_EXACT: usize = 16;
 
+/// As many rays cost no more than asking for a receiver's own candidates, and are used at once.
+const FEW_RAYS: u32 = 2;
+
 /// Candidates up to which the exact form factor is used where the source matters: 64 blockers that all matter cost
 /// 25 to 37 µs, as much as 30 to 60 rays; beyond, a point's cost grows faster than the rays'.
 const MOST_EXACT: usize = 96;
@@ -113,37 +116,38 @@ impl<'a> FormFactors<'a> {
             return Found::default();
         }
         let Workspace { kernel, own, .. } = workspace;
-        let candidates = match candidates {
-            Candidates::Shared(shared) if shared.len() <= ALWAYS_EXACT => Some(shared),
-            _ => {
-                let plane = Some((receiver.position, receiver.normal));
-                let shaft = Shaft::new(&[receiver.position], &[], source, plane);
-                match self.blockers.candidates(&shaft, MOST_EXACT, own) {
-                    Ok(()) => Some(own.as_slice()),
-                    Err(TooMany) => None,
-                }
-            }
-        };
-        let rays = || rays_for(weight * unoccluded_form_factor(receiver, source));
-        if let Some(candidates) = candidates
-            && (candidates.len() <= ALWAYS_EXACT || rays() as usize >= candidates.len())
-            && let Ok(found) =
-                visible_form_factor(receiver, source, self.blockers.polygons(), candidates, kernel)
-        {
+        let exact = |candidates: &[u32], kernel: &mut Scratch| {
+            let found =
+                visible_form_factor(receiver, source, self.blockers.polygons(), candidates, kernel).ok()?;
             self.counters.exact.fetch_add(1, Ordering::Relaxed);
-            return Found { value: found.value, noise: 0.0 };
+            Some(Found { value: found.value, noise: 0.0 })
+        };
+        if let Candidates::Shared(shared) = candidates
+            && shared.len() <= ALWAYS_EXACT
+            && let Some(found) = exact(shared, kernel)
+        {
+            return found;
         }
-        let count = rays();
+        // In a crowd, look at this receiver's own pyramid, unless a few rays are good enough.
+        let unoccluded = unoccluded_form_factor(receiver, source);
+        let count = rays_for(weight * unoccluded);
+        if count > FEW_RAYS {
+            let shaft =
+                Shaft::new(&[receiver.position], &[], source, Some((receiver.position, receiver.normal)));
+            let limit = ALWAYS_EXACT.max((count as usize).min(MOST_EXACT));
+            if self.blockers.candidates(&shaft, limit, own).is_ok()
+                && let Some(found) = exact(own, kernel)
+            {
+                return found;
+            }
+        }
         self.counters.sampled.fetch_add(1, Ordering::Relaxed);
         self.counters.rays.fetch_add(u64::from(count), Ordering::Relaxed);
-        let unoccluded = unoccluded_form_factor(receiver, source);
         let share = visible_share(receiver, source, self.blockers, count, seed);
         // Rays that all agree may still all be wrong: the next one would have disagreed one time in so many.
-        let doubt = (share * (1.0 - share)).max(0.25 / f64::from(count));
-        Found {
-            value: unoccluded * share,
-            noise: unoccluded * RAY_ERROR * 2.0 * doubt.sqrt() * f64::from(count).powf(-0.75),
-        }
+        let doubt = (share * (1.0 - share)).max(0.25 / f64::from(count)).sqrt();
+        let noise = 2.0 * RAY_ERROR * doubt * f64::from(count).powf(-0.75);
+        Found { value: unoccluded * share, noise: unoccluded * noise }
     }
 }
 

@@ -4,5 +4,6 @@ pub(crate) mod balance;
 pub(crate) mod column;
 pub(crate) mod form_factors;
 mod patches;
+mod sample_light;
 pub(crate) mod shooting;
 pub(crate) mod sources;

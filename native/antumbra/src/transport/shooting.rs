@@ -23,6 +23,7 @@ use crate::transport::balance::Balance;
 use crate::transport::column::Column;
 use crate::transport::form_factors::{Cluster, FormFactorPair, FormFactors, Workspace, clusters};
 use crate::transport::patches::fit_to_light;
+use crate::transport::sample_light::SampleLight;
 use crate::transport::sources::{PatchId, SourceId, Sources};
 use crate::visibility::ConvexPolygon;
 
@@ -31,6 +32,14 @@ const KEPT_BYTES: usize = 1 << 30;
 
 /// Share of the tolerance below which light that is still to come is not worth another column.
 const NEGLIGIBLE: f64 = 0.05;
+
+/// In a scene of many samples, a source whose share of all light is below this times the tolerance is not worth a
+/// column: such light is spread over thousands of small patches, and lands like the indirect light before it. In a
+/// scene of few samples columns cost nothing, and a dim room behind a door gets all of its bounces.
+const SMALLEST: f64 = 0.01;
+
+/// What counts as many samples: a column of these costs about a tenth of a second.
+const MANY_SAMPLES: f64 = 100_000.0;
 
 /// Unshot share below which even kept columns are done: below what f32 colours can show.
 const EXHAUSTED: f64 = 1e-9;
@@ -53,13 +62,6 @@ struct Sent {
     total: DVec3,
     /// Of the total: what has not been added to the samples yet.
     pending: DVec3,
-}
-
-/// Irradiance of one side of a sample, W/m².
-#[derive(Debug, Clone, Copy, Default)]
-struct Light {
-    direct: DVec3,
-    indirect: DVec3,
 }
 
 /// Which sources.
@@ -116,7 +118,7 @@ pub(crate) struct Shooting<'a> {
     columns: Vec<Option<KeptColumn>>,
     kept_bytes: usize,
     /// Per sample and side: what columns that were not kept have brought.
-    light: Vec<[Light; 2]>,
+    light: SampleLight,
     /// Triangles that the whole mesh may have after refinement.
     triangle_limit: usize,
     /// When the user's time is up.
@@ -164,7 +166,7 @@ impl<'a> Shooting<'a> {
             patch_size,
             patch_of: Vec::new(),
             kept_bytes: 0,
-            light: vec![[Light::default(); 2]; coarse_samples],
+            light: SampleLight::new(coarse_samples),
             triangle_limit,
             deadline: (settings.time_limit > 0.0)
                 .then(|| Instant::now() + Duration::from_secs_f64(settings.time_limit)),
@@ -233,7 +235,9 @@ impl<'a> Shooting<'a> {
         let Some(source) = self.balance.strongest(&self.sources, range) else { return Ok(None) };
         let remaining = self.remaining();
         let kept = self.columns[source.index()].is_some();
-        if remaining <= EXHAUSTED || (remaining <= NEGLIGIBLE * self.settings.tolerance && !kept) {
+        let negligible = NEGLIGIBLE * self.settings.tolerance;
+        let share = self.balance.share(source, &self.sources);
+        if remaining <= EXHAUSTED || (!kept && (remaining <= negligible || share <= self.smallest_share())) {
             return Ok(None);
         }
         let radiosity = self.balance.unshot[source.index()];
@@ -326,6 +330,11 @@ impl<'a> Shooting<'a> {
         }
     }
 
+    /// The share of all light that a source must have to be worth a column.
+    fn smallest_share(&self) -> f64 {
+        SMALLEST * self.settings.tolerance * (self.coarse_samples as f64 / MANY_SAMPLES).min(1.0)
+    }
+
     /// Share of all light that has not arrived yet.
     pub(crate) fn remaining(&self) -> f64 {
         self.balance.remaining(&self.sources)
@@ -344,9 +353,7 @@ impl<'a> Shooting<'a> {
                 self.add(SourceId::new(index), column.samples);
             }
         }
-        let irradiance = (self.light.iter())
-            .map(|sides| sides.map(|light| light.direct + closing * light.indirect))
-            .collect();
+        let irradiance = self.light.total(&self.mesh, closing);
         (self.mesh, irradiance)
     }
 
@@ -447,28 +454,8 @@ impl<'a> Shooting<'a> {
     /// Adds the pending light of a source to the samples.
     fn add(&mut self, source: SourceId, mut column: Column) {
         let radiosity = std::mem::take(&mut self.sent[source.index()].pending);
-        self.grow_light();
         column.interpolate_new(&self.mesh);
-        let direct = self.sources.is_emitter(source);
-        self.light.par_iter_mut().zip(&column.values).with_min_len(4096).for_each(|(sides, values)| {
-            for (light, &value) in sides.iter_mut().zip(values) {
-                let sum = if direct { &mut light.direct } else { &mut light.indirect };
-                *sum += f64::from(value) * radiosity;
-            }
-        });
-    }
-
-    /// Samples that came after a column was added hold the mean of their parents.
-    fn grow_light(&mut self) {
-        for sample in &self.mesh.samples[self.light.len()..] {
-            let [a, b] =
-                sample.parents.expect("samples added by subdivision have parents; this is a bug in antumbra");
-            let [a, b] = [a, b].map(|s| self.light[s.index()]);
-            self.light.push(std::array::from_fn(|side| Light {
-                direct: 0.5 * (a[side].direct + b[side].direct),
-                indirect: 0.5 * (a[side].indirect + b[side].indirect),
-            }));
-        }
+        self.light.add(&self.mesh, &column, radiosity, self.sources.is_emitter(source));
     }
 }
 
