@@ -39,8 +39,8 @@ pub struct Settings {
     pub max_blockers: u32,
     /// Wall-clock seconds after which the solver finishes what it has; 0 means none.
     pub time_limit: f64,
-    /// Most triangles in the baked mesh; 0 leaves it to the solver, which stops at a safety limit of 200,000 plus
-    /// twice the triangles before refinement.
+    /// Most triangles in the baked mesh; 0 leaves it to the solver, which stops at a safety limit of 100,000 plus
+    /// one and a half times the triangles before refinement.
     pub triangle_budget: u64,
     /// What the colour attribute holds.
     pub quantity: Quantity,
@@ -64,16 +64,16 @@ impl Default for Settings {
     }
 }
 
-/// Triangles that refinement may add to a scene when no budget is set, besides one for each that was there. Adaptive
+/// Triangles that refinement may add to a scene when no budget is set, besides one for every two that were there. Adaptive
 /// subdivision chases every fine shadow of a detailed interior with millions of elements; four times this is where
 /// memory and export formats start to hurt. Simple scenes stay far below.
-const AUTOMATIC_LIMIT: usize = 200_000;
+const AUTOMATIC_LIMIT: usize = 100_000;
 
 impl Settings {
     /// The most triangles that refinement may make of so many.
     pub(crate) fn triangle_limit(&self, coarse_triangles: usize) -> usize {
         match usize::try_from(self.triangle_budget).unwrap_or(usize::MAX) {
-            0 => AUTOMATIC_LIMIT + 2 * coarse_triangles,
+            0 => AUTOMATIC_LIMIT + coarse_triangles + coarse_triangles / 2,
             budget => budget,
         }
     }

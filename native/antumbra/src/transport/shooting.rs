@@ -36,7 +36,7 @@ const NEGLIGIBLE: f64 = 0.05;
 /// In a scene of many samples, a source whose share of all light is below this times the tolerance is not worth a
 /// column: such light is spread over thousands of small patches, and lands like the indirect light before it. In a
 /// scene of few samples columns cost nothing, and a dim room behind a door gets all of its bounces.
-const SMALLEST: f64 = 0.01;
+const SMALLEST: f64 = 0.03;
 
 /// What counts as many samples: a column of these costs about a tenth of a second.
 const MANY_SAMPLES: f64 = 100_000.0;
@@ -205,7 +205,8 @@ impl<'a> Shooting<'a> {
             &self.patch_elements,
             &irradiance,
             mean,
-            self.patch_size,
+            // A column of many samples costs more, so patches may be larger.
+            self.patch_size * (self.coarse_samples as f64 / MANY_SAMPLES).max(1.0).sqrt(),
         );
         self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
         self.find_patches();
