@@ -179,6 +179,9 @@ impl<'a> Shooting<'a> {
 
     /// Once the emitters have shot: cuts patches that are lit too unevenly to send their mean.
     pub(crate) fn fit_patches(&mut self) {
+        if self.settings.method == Method::Uniform {
+            return;
+        }
         let emitters = self.sources.emitters.len();
         // The light that every patch has received must be known anew.
         if SourceId::range(0..emitters)
@@ -206,6 +209,7 @@ impl<'a> Shooting<'a> {
             &irradiance,
             mean,
             self.patch_size,
+            self.triangle_limit,
         );
         self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
         self.find_patches();
@@ -319,7 +323,7 @@ impl<'a> Shooting<'a> {
         let all = || SourceId::range(0..self.sources.len());
         while let Some(source) = self.balance.strongest(&self.sources, all()) {
             let Some(column) = &self.columns[source.index()] else { break };
-            if self.remaining() <= EXHAUSTED {
+            if self.remaining() <= EXHAUSTED && !self.sources.is_emitter(source) {
                 break;
             }
             let radiosity = self.balance.unshot[source.index()];
