@@ -241,7 +241,11 @@ impl<'a> Shooting<'a> {
         let kept = self.columns[source.index()].is_some();
         let negligible = NEGLIGIBLE * self.settings.tolerance;
         let share = self.balance.share(source, &self.sources);
-        if remaining <= EXHAUSTED || (!kept && (remaining <= negligible || share <= self.smallest_share())) {
+        // A lamp that is nothing beside the others may be all the light there is in its own room.
+        let owed = self.sources.is_emitter(source) && !kept;
+        let finished =
+            remaining <= EXHAUSTED || (!kept && (remaining <= negligible || share <= self.smallest_share()));
+        if finished && !owed {
             return Ok(None);
         }
         let radiosity = self.balance.unshot[source.index()];
