@@ -128,7 +128,7 @@ fn assert_source_edges(source: &ObjectInput, mesh: &BakedMesh) {
                 [k, (k + 1) % 3].into_iter().all(|corner| {
                     let p = mesh.positions[mesh.triangles[t][corner] as usize];
                     let (from, to) = ends[edge];
-                    (p - from).cross(to - from).length() <= 1e-9 * (to - from).length_squared()
+                    (p - from).cross(to - from).length() <= 1e-12 * (to - from).length_squared()
                 })
             };
             match usize::try_from(edges[k]) {
