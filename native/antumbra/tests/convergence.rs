@@ -101,7 +101,6 @@ fn a_finer_uniform_mesh_is_better() {
     assert!(errors.is_sorted_by(|coarse, fine| fine < coarse), "{errors:?}");
 }
 
-/// What blocks a floor point is a matter of the scene, not of where on the tree its parts are: an empty sky is exact.
 #[test]
 fn without_the_cube_the_light_is_smooth_and_cheap() {
     let mut paper = PaperScene::new();

@@ -99,7 +99,7 @@ fn neighbours_differ_by_one_level() {
     }
 }
 
-/// No vertex lies inside an edge: looked for the slow way, on a grid of cells.
+/// No vertex lies inside an edge: looked for the slow way, on every seventh triangle.
 fn assert_no_t_vertices(mesh: &BakedMesh) {
     let size = mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     for (t, triangle) in mesh.triangles.iter().enumerate().step_by(7) {
