@@ -160,11 +160,12 @@ impl Timeline<'_> {
             vertices: shooting.mesh.vertices.len(),
             unshot,
         };
+        // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
+        // what is still to come may rise; a progress bar must not fall.
+        let fraction = unshot.max(f64::MIN_POSITIVE).ln() / (0.05 * self.settings.tolerance).ln();
         self.monitor.report(Progress {
             stage: Stage::Shooting,
-            // Unshot light falls about exponentially, so its logarithm falls like the work that is left.
-            fraction: (unshot.max(f64::MIN_POSITIVE).ln() / (0.05 * self.settings.tolerance).ln())
-                .clamp(0.0, 0.99),
+            fraction: fraction.clamp(0.0, 0.99).max(self.monitor.progress().fraction),
             shots: iteration.shots,
             elements: iteration.elements,
             unshot,

@@ -88,7 +88,7 @@ fn rays_are_the_same_on_any_number_of_threads() {
     assert!(bake.report.result.visibility.rays > 0, "the crowd is too thin to test rays");
 }
 
-/// What the caller calls its objects, and where unused vertices are, is not light.
+/// What the caller calls its objects is not light.
 #[test]
 fn names_change_nothing() {
     let (scene, mut renamed) = (plain_room(), plain_room());

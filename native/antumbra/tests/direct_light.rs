@@ -197,7 +197,7 @@ fn full_umbra_is_exactly_black() {
 }
 
 #[test]
-fn adaptive_umbra_is_black_within_the_tolerance() {
+fn adaptive_refinement_keeps_full_umbra_exactly_black() {
     let outline = lamp(DVec3::Z * 2.0, 0.2);
     let mut scene = Scene::default();
     floor(&mut scene, 1);
@@ -246,8 +246,8 @@ fn in_the_corner_of_a_glowing_box_every_face_gets_the_one_sided_limit() {
     let bake = scene.bake(&arriving(uniform(0.25)));
     let mesh = &bake.meshes[0];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
-        for k in 0..3 {
-            let p = mesh.positions[triangle[k] as usize];
+        for (k, &vertex) in triangle.iter().enumerate() {
+            let p = mesh.positions[vertex as usize];
             let light = common::baked::light(mesh.corner_radiance[t][k]).y;
             let on_wall = mesh.source_triangle[t] >= 4;
             let along = (p.x.min(1.0 - p.x) == 0.0, p.y.min(1.0 - p.y) == 0.0);

@@ -275,7 +275,7 @@ fn a_mirrored_object_gets_the_light_of_its_twin() {
         let twin = twin.expect("the meshes are the same").2;
         assert!((light - twin).abs() <= 0.02 * (twin + 0.1), "{light} instead of {twin} at {p}");
     }
-    assert!(expected.iter().any(|corner| corner.2 > 1.0), "the top is lit");
+    assert!(expected.iter().any(|corner| corner.2 > 0.3), "the top is lit");
 }
 
 /// The caller's scene is only read.

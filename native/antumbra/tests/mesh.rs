@@ -99,7 +99,7 @@ fn neighbours_differ_by_one_level() {
     }
 }
 
-/// No vertex lies inside an edge: looked for the slow way, on a grid of cells.
+/// No vertex lies inside an edge: looked for the slow way, on every seventh triangle.
 fn assert_no_t_vertices(mesh: &BakedMesh) {
     let size = mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     for (t, triangle) in mesh.triangles.iter().enumerate().step_by(7) {
@@ -136,12 +136,12 @@ fn a_uniform_mesh_has_equal_triangles() {
 #[test]
 fn an_element_size_is_an_upper_bound() {
     let scene = shadowed(Shape::thin_l());
-    for settings in [uniform(0.15), Settings { element_size: 0.15, ..coarse() }] {
+    for settings in [uniform(0.3), Settings { element_size: 0.3, ..coarse() }] {
         for mesh in &scene.bake(&settings).meshes {
             for triangle in &mesh.triangles {
                 let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
                 let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-                assert!(longest <= 0.15 * (1.0 + 1e-9), "an edge of {longest} m");
+                assert!(longest <= 0.3 * (1.0 + 1e-9), "an edge of {longest} m");
             }
         }
     }
@@ -201,7 +201,7 @@ fn colours_at_corners(scene: &Scene) -> Vec<usize> {
 fn smooth_corners_share_one_colour_and_creases_do_not() {
     let cube = Shape::cuboid(DVec3::ZERO, DVec3::ONE);
     let flat = colours_at_corners(&shadowed(cube.clone()));
-    assert!(flat.iter().any(|&colours| colours == 3), "{flat:?}");
+    assert!(flat.contains(&3), "{flat:?}");
     let smooth = colours_at_corners(&shadowed(cube.clone().smooth_about(DVec3::ZERO)));
     assert!(smooth.iter().all(|&colours| colours == 1), "{smooth:?}");
     // Corner normals that are the faces' own make flat faces.

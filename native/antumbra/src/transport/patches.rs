@@ -21,7 +21,8 @@ const MOST_QUARTERED: u32 = 3;
 /// Quarters patches until none is lit too unevenly for its size.
 ///
 /// `irradiance`: per sample, front and back, W/m². `mean_radiosity`: W/m². `patch_size`: edge of a patch that may
-/// spread by [`MOST_SPREAD`] of the mean, metres; smaller ones may spread more.
+/// spread by [`MOST_SPREAD`] of the mean, metres; smaller ones may spread more. `triangle_limit`: triangles of the mesh
+/// from which on it is not subdivided any more.
 pub(crate) fn fit_to_light(
     mesh: &mut Mesh,
     world: &World,
@@ -29,6 +30,7 @@ pub(crate) fn fit_to_light(
     irradiance: &[[DVec3; 2]],
     mean_radiosity: f64,
     patch_size: f64,
+    triangle_limit: usize,
 ) -> Vec<ElementId> {
     let allowed = MOST_SPREAD * mean_radiosity * patch_size;
     let mut fitting = Vec::with_capacity(patches.len());
@@ -41,7 +43,8 @@ pub(crate) fn fit_to_light(
         let (least, most) = range(mesh, id, irradiance);
         let spread =
             (0..2).map(|side| (reflectance * (most[side] - least[side])).max_element()).fold(0.0, f64::max);
-        if quartered == MOST_QUARTERED || spread * size <= allowed {
+        let full = element.is_leaf() && mesh.triangles >= triangle_limit;
+        if quartered == MOST_QUARTERED || spread * size <= allowed || full {
             fitting.push(id);
             continue;
         }

@@ -179,6 +179,9 @@ impl<'a> Shooting<'a> {
 
     /// Once the emitters have shot: cuts patches that are lit too unevenly to send their mean.
     pub(crate) fn fit_patches(&mut self) {
+        if self.settings.method == Method::Uniform {
+            return;
+        }
         let emitters = self.sources.emitters.len();
         // The light that every patch has received must be known anew.
         if SourceId::range(0..emitters)
@@ -207,6 +210,7 @@ impl<'a> Shooting<'a> {
             mean,
             // A column of many samples costs more, so patches may be larger.
             self.patch_size * (self.coarse_samples as f64 / MANY_SAMPLES).max(1.0).sqrt(),
+            self.triangle_limit,
         );
         self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
         self.find_patches();
@@ -238,7 +242,11 @@ impl<'a> Shooting<'a> {
         let kept = self.columns[source.index()].is_some();
         let negligible = NEGLIGIBLE * self.settings.tolerance;
         let share = self.balance.share(source, &self.sources);
-        if remaining <= EXHAUSTED || (!kept && (remaining <= negligible || share <= self.smallest_share())) {
+        // A lamp that is nothing beside the others may be all the light there is in its own room.
+        let owed = self.sources.is_emitter(source) && !kept;
+        let finished =
+            remaining <= EXHAUSTED || (!kept && (remaining <= negligible || share <= self.smallest_share()));
+        if finished && !owed {
             return Ok(None);
         }
         let radiosity = self.balance.unshot[source.index()];
@@ -320,7 +328,7 @@ impl<'a> Shooting<'a> {
         let all = || SourceId::range(0..self.sources.len());
         while let Some(source) = self.balance.strongest(&self.sources, all()) {
             let Some(column) = &self.columns[source.index()] else { break };
-            if self.remaining() <= EXHAUSTED {
+            if self.remaining() <= EXHAUSTED && !self.sources.is_emitter(source) {
                 break;
             }
             let radiosity = self.balance.unshot[source.index()];

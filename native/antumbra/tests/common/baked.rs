@@ -96,12 +96,9 @@ fn assert_parts_of_source(source: &ObjectInput, mesh: &BakedMesh) {
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         let of = mesh.source_triangle[t];
         let positions = triangle.map(|v| mesh.positions[v as usize]);
-        for k in 0..3 {
-            let expected = at(of, mesh.corner_barycentric[t][k]);
-            assert!(
-                positions[k].distance(expected) <= 1e-12 * size,
-                "corner {k} of {t} is not where it says"
-            );
+        for (k, (position, &barycentric)) in positions.iter().zip(&mesh.corner_barycentric[t]).enumerate() {
+            let expected = at(of, barycentric);
+            assert!(position.distance(expected) <= 1e-12 * size, "corner {k} of {t} is not where it says");
         }
         areas[of as usize] += area(positions);
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
@@ -123,15 +120,15 @@ fn assert_source_edges(source: &ObjectInput, mesh: &BakedMesh) {
             continue;
         }
         let ends = [(a, b), (b, c), (c, a)];
-        for k in 0..3 {
+        for (k, &edge) in edges.iter().enumerate() {
             let on = |edge: usize| {
                 [k, (k + 1) % 3].into_iter().all(|corner| {
                     let p = mesh.positions[mesh.triangles[t][corner] as usize];
                     let (from, to) = ends[edge];
-                    (p - from).cross(to - from).length() <= 1e-9 * (to - from).length_squared()
+                    (p - from).cross(to - from).length() <= 1e-12 * (to - from).length_squared()
                 })
             };
-            match usize::try_from(edges[k]) {
+            match usize::try_from(edge) {
                 Ok(edge) => assert!(on(edge), "edge {k} of triangle {t} is not on source edge {edge}"),
                 Err(_) => assert!(!(0..3).any(on), "edge {k} of triangle {t} is on a source edge"),
             }

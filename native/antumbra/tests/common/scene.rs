@@ -94,6 +94,7 @@ pub(crate) fn uniform(element_size: f64) -> Settings {
 }
 
 /// The same settings, for the light that arrives instead of what is reflected.
-pub(crate) fn arriving(settings: Settings) -> Settings {
-    Settings { quantity: Quantity::Irradiance, ..settings }
+pub(crate) fn arriving(mut settings: Settings) -> Settings {
+    settings.quantity = Quantity::Irradiance;
+    settings
 }

@@ -82,8 +82,8 @@ impl Shape {
                 })
                 .collect();
         }
-        positions.iter_mut().for_each(|p| *p *= radius);
-        Self { positions, triangles, corner_normals: None }.smooth_about(DVec3::ZERO)
+        let unit = Self { positions, triangles, corner_normals: None };
+        unit.map(|p| p * radius).smooth_about(DVec3::ZERO)
     }
 
     /// A closed L of height 1 that faces outwards: arms 3 m long, one of them 1 cm thin, with faces of all sizes.
