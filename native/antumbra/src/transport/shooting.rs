@@ -35,7 +35,8 @@ const NEGLIGIBLE: f64 = 0.05;
 
 /// In a scene of many samples, a source whose share of all light is below this times the tolerance is not worth a
 /// column: such light is spread over thousands of small patches, and lands like the indirect light before it. In a
-/// scene of few samples columns cost nothing, and a dim room behind a door gets all of its bounces.
+/// scene of few samples, whose columns cost nothing and whose patches are few, the threshold vanishes with the square
+/// of the samples: a dim room behind a door gets all of its bounces.
 const SMALLEST: f64 = 0.03;
 
 /// What counts as many samples: a column of these costs about a tenth of a second.
@@ -341,7 +342,7 @@ impl<'a> Shooting<'a> {
 
     /// The share of all light that a source must have to be worth a column.
     fn smallest_share(&self) -> f64 {
-        SMALLEST * self.settings.tolerance * (self.coarse_samples as f64 / MANY_SAMPLES).min(1.0)
+        SMALLEST * self.settings.tolerance * (self.coarse_samples as f64 / MANY_SAMPLES).min(1.0).powi(2)
     }
 
     /// Share of all light that has not arrived yet.
