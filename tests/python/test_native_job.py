@@ -90,10 +90,15 @@ def test_waiting_leaves_python_alone() -> None:
 
 
 def test_ctrl_c_cancels_a_waiting_bake() -> None:
-    job = endless()
-    threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
-    start = time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        job.result()
+    # A process that a shell started in the background inherits "ignore"; a person at a prompt does not.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        job = endless()
+        threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
+        start = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            job.result()
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert time.monotonic() - start < 0.2 + PROMPT_S
     assert job.done()
