@@ -32,7 +32,7 @@ const FEW_RAYS: u32 = 2;
 /// 25 to 37 µs, as much as 30 to 60 rays; beyond, a point's cost grows faster than the rays'.
 const MOST_EXACT: usize = 96;
 
-/// Most rays for one form factor; its error is then about 1/22 of what stays half hidden.
+/// Most rays for one form factor; its stratified rms error is then about a hundredth of the source's light.
 const MOST_RAYS: f64 = 128.0;
 
 /// Share of the tolerance that the noise of one source's rays may use up at one sample. Noise of hundreds of sources
