@@ -2,9 +2,6 @@
 
 use serde::Serialize;
 
-/// Version of the report's format; raised whenever a field changes its meaning.
-pub const REPORT_VERSION: u32 = 1;
-
 /// Everything the solver says about one bake. Serialises to the `scene`, `timings`, `timeline`, `result` and
 /// `warnings` parts of REPORT.json.
 #[derive(Debug, Clone, Default, Serialize)]
