@@ -10,9 +10,15 @@
 //! restriction); parts are numbered in the order they were made, and nothing depends on the order of a hash map.
 
 mod anchor;
+#[allow(dead_code, clippy::allow_attributes, reason = "nothing traces lines yet")]
+mod arrangement;
 pub(crate) mod coarse;
 mod corner_groups;
+#[allow(dead_code, clippy::allow_attributes, reason = "nothing traces lines yet")]
+mod grid;
 mod subdivide;
+#[allow(dead_code, clippy::allow_attributes, reason = "nothing traces lines yet")]
+mod triangulation;
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
