@@ -21,6 +21,8 @@ pub mod monitor;
 pub mod report;
 pub mod scene;
 pub mod settings;
+#[cfg_attr(not(test), expect(dead_code, reason = "the driver does not insert shadow lines yet"))]
+mod shadow;
 pub mod solve;
 mod transport;
 pub mod visibility;
