@@ -31,8 +31,7 @@ fn scan(scene: &mut Scene, random: &mut Random, scans: usize) -> usize {
     let contacts = scene.blockers.iter().flat_map(|blocker| contact_line(floor, DVec3::Z, blocker));
     known.extend(contacts.map(|segment| segment.map(at)));
     let (normal, origin) = (scene.source.normal(), scene.source.vertices()[0]);
-    let along = normal.cross(DVec3::Z);
-    if along.length() > 0.0 {
+    if let Some(along) = normal.cross(DVec3::Z).try_normalize() {
         let across = along.cross(DVec3::Z);
         let foot = across * (normal.dot(origin) / normal.dot(across));
         known.push([foot - 9.0 * along, foot + 9.0 * along]);
