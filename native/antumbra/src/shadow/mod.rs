@@ -6,7 +6,7 @@
 //! BSP tree of the two; here they are a list that is intersected with the receiver's plane. Data flows one way:
 //!
 //! ```text
-//! silhouette → wedge → boundary          contact
+//! silhouette → wedge → boundary → strength          contact
 //! ```
 //!
 //! **Guaranteed.** Every discontinuity of the first or second derivative that one source and one convex solid or card
@@ -27,6 +27,7 @@
 pub(crate) mod boundary;
 pub(crate) mod contact;
 pub(crate) mod silhouette;
+pub(crate) mod strength;
 #[cfg(test)]
 mod tests;
 pub(crate) mod wedge;

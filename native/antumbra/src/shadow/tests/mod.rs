@@ -2,6 +2,7 @@
 
 mod completeness;
 mod lines;
+mod strength;
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use rustc_hash::FxHashSet;
