@@ -10,16 +10,15 @@
 //! ```
 //!
 //! **Guaranteed.** Every discontinuity of the first or second derivative that one source and one convex solid or card
-//! cause on a plane lies on a traced line. Neither the winding of the blockers nor the order of their polygons changes
-//! a line. Polygons that share an edge or a corner, given by the same positions to the bit, give the same wedges
-//! under the same [`wedge::WedgeId`].
+//! cause on a plane, within the reach asked for, lies on a traced line or a contact. Neither the winding of the
+//! blockers nor the order of their polygons changes a line. Polygons that share an edge or a corner, given by the same
+//! positions to the bit, give the same wedges under the same [`wedge::WedgeId`].
 //!
 //! **Not guaranteed.** What several blockers, or far parts of a concave one, cause together is not traced: planes
 //! through an edge of one and a vertex of the other, and the curved surfaces of three edges. Lines may exist where
 //! something else hides the source, so that nothing jumps there. A source sends to the side that its normal points
 //! to; flip it for the other side. What touches a receiver along a whole edge throws no line there but has a contact.
-//! The line where the source's own plane meets the receiver is not a shadow and not
-//! here.
+//! The line where the source's own plane meets the receiver is not a shadow and not here.
 //!
 //! **Departs from the paper** in tracing polygon planes too: where the light grazes the side of a box, or a card, the
 //! slope jumps on the plane of that side. Scans of the exact form factor found those lines missing without it.
