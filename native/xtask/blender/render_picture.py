@@ -11,6 +11,7 @@ room can be looked into.
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -120,24 +121,16 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, stops: float, p
     return pixels.reshape(height, width, 4)
 
 
-def main() -> None:
-    source, output = sys.argv[sys.argv.index("--") + 1 :]
-    bpy.ops.wm.open_mainfile(filepath=source)
-    scene = bpy.context.scene
-    baked = [o for o in bpy.context.view_layer.objects if o.type == "MESH" and ATTRIBUTE in o.data.color_attributes]
-    if not baked:
-        sys.exit(f"{source} holds no baked object")
-    for other in scene.objects:
-        if other.type != "CAMERA":
-            other.hide_render = other not in baked
-
-    # A plain picture of the stored values: no lamps, no world, no view that bends colours.
+def set_up(scene: bpy.types.Scene) -> None:
+    """Make a plain picture of the stored values: no lamps, no world, no view that bends colours."""
     scene.world = bpy.data.worlds.new("nothing")
     if bpy.app.version < (5, 0):
         scene.world.use_nodes = False
     scene.world.color = (0.0, 0.0, 0.0)
     scene.use_nodes = False
-    scene.render.engine = "CYCLES"
+    # Its engines are registered while Blender runs; the types know only one.
+    render_settings: Any = scene.render
+    render_settings.engine = "CYCLES"
     scene.cycles.device = "CPU"
     scene.cycles.samples = SAMPLES
     scene.cycles.use_denoising = False
@@ -149,6 +142,22 @@ def main() -> None:
     scene.render.image_settings.file_format = "PNG"
     scene.render.image_settings.color_mode = "RGBA"
 
+
+def render_bake(source: str, stops: float | None = None) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
+    """Render the mesh and the light of a baked .blend, (rows, columns, 4) each over a dark ground.
+
+    Without `stops` the exposure is chosen from the light; what was used comes third, for a picture to compare with.
+    """
+    bpy.ops.wm.open_mainfile(filepath=source)
+    scene = bpy.context.scene
+    baked = [o for o in bpy.context.view_layer.objects if o.type == "MESH" and ATTRIBUTE in o.data.color_attributes]
+    if not baked:
+        sys.exit(f"{source} holds no baked object")
+    for other in scene.objects:
+        if other.type != "CAMERA":
+            other.hide_render = other not in baked
+    set_up(scene)
+
     own_camera = scene.camera is not None
     render_settings = scene.render
     render_settings.resolution_percentage = 100
@@ -156,20 +165,32 @@ def main() -> None:
     render_settings.resolution_x, render_settings.resolution_y = WIDTH, min(round(height), LARGEST_HEIGHT)
     if not own_camera:
         add_camera(scene, baked)
+    if stops is None:
+        stops = exposure(baked)
     with tempfile.TemporaryDirectory() as folder:
         see_through_backs = not own_camera
         mesh = render(scene, mesh_material(see_through_backs), 0.0, Path(folder, "mesh.png"))
-        light = render(scene, light_material(see_through_backs), exposure(baked), Path(folder, "light.png"))
+        light = render(scene, light_material(see_through_backs), stops, Path(folder, "light.png"))
+    for picture in (mesh, light):
+        picture[..., :3] = picture[..., :3] * picture[..., 3:] + 0.08 * (1.0 - picture[..., 3:])
+        picture[..., 3] = 1.0
+    return mesh, light, stops
 
-    # Side by side over a dark ground, as bytes, so that nothing is converted on the way.
-    both = np.concatenate([mesh, light], axis=1)
-    both[..., :3] = both[..., :3] * both[..., 3:] + 0.08 * (1.0 - both[..., 3:])
-    both[..., 3] = 1.0
-    picture = bpy.data.images.new("picture", both.shape[1], both.shape[0])
-    picture.pixels.foreach_set(both.ravel())
-    picture.filepath_raw = output
+
+def save_picture(pixels: NDArray[np.float32], path: str) -> None:
+    """Write (rows, columns, 4), bottom row first, as bytes, so that nothing is converted on the way."""
+    picture = bpy.data.images.new("picture", pixels.shape[1], pixels.shape[0])
+    picture.pixels.foreach_set(pixels.ravel())
+    picture.filepath_raw = path
     picture.file_format = "PNG"
     picture.save()
 
 
-main()
+def main() -> None:
+    source, output = sys.argv[sys.argv.index("--") + 1 :]
+    mesh, light, _ = render_bake(source)
+    save_picture(np.concatenate([mesh, light], axis=1), output)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-//! Developer tasks: `cargo xtask bake | test | extension`.
+//! Developer tasks: `cargo xtask bake | test | extension | study | figure`.
 //!
 //! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
 //!
@@ -8,15 +8,18 @@
 //! extension/        the add-on with its wheels, as it is zipped
 //! blender-user/     one user folder per Blender, so that the developer's own is never touched
 //! bake/             what `cargo xtask bake` writes
+//! study/            what `cargo xtask study` writes
 //! ```
 
 mod bake;
 mod bpy;
 mod extension;
 mod failure;
+mod figure;
 mod files;
 mod host;
 mod progress;
+mod study;
 mod summary;
 mod test;
 mod tree;
@@ -42,6 +45,10 @@ enum Task {
     Test(test::Options),
     /// Build the extension's .zip files into dist/.
     Extension(extension::Options),
+    /// Measure size, time and error of the methods on several scenes against a path tracer.
+    Study(study::Options),
+    /// Draw two methods side by side, meshes above, light below.
+    Figure(figure::Options),
 }
 
 fn main() -> ExitCode {
@@ -49,6 +56,8 @@ fn main() -> ExitCode {
         Task::Bake(options) => bake::run(&options),
         Task::Test(options) => test::run(&options),
         Task::Extension(options) => extension::run(&options),
+        Task::Study(options) => study::run(&options),
+        Task::Figure(options) => figure::run(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
