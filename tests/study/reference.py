@@ -206,10 +206,6 @@ def main() -> None:
     seconds = time.monotonic() - start
     radiosity = places.emission + places.reflectance * irradiance
     radiosity_stderr = places.reflectance * stderr
-    shares = [
-        float(np.sqrt((error**2).mean()) / value.mean()) if value.mean() > 0.0 else 0.0
-        for value, error in ((radiosity, radiosity_stderr), (irradiance, stderr))
-    ]
     np.savez_compressed(
         output,
         points=places.points,
@@ -222,9 +218,10 @@ def main() -> None:
         radiosity_stderr=radiosity_stderr,
         settings=np.array(" ".join(f"{name}={value}" for name, value in numbers.items())),
     )
+    noise = float(np.sqrt((stderr**2).mean()) / irradiance.mean())
     print(
-        f"{Path(source).stem}: {len(places.points)} points in {seconds:.0f} s, standard error "
-        f"{100.0 * shares[0]:.2f} % of the mean radiosity, {100.0 * shares[1]:.2f} % of the mean irradiance",
+        f"{Path(source).stem}: {len(places.points)} points in {seconds:.0f} s, "
+        f"standard error {100.0 * noise:.2f} % of the mean irradiance",
         # stdout belongs to Blender.
         file=sys.stderr,
     )
