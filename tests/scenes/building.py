@@ -120,6 +120,13 @@ def add_camera(eye: Point, target: Point, lens_mm: float, size: tuple[int, int] 
     bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = size
 
 
+def bake_only(receivers: Sequence[bpy.types.Object]) -> None:
+    """Select what bakes and studies of this scene are about; when nothing is selected, that is everything."""
+    bpy.context.view_layer.update()
+    for receiver in receivers:
+        receiver.select_set(True)
+
+
 def patch_count() -> int:
     """Polygons of all meshes as modelled, a quad and an n-gon counting one each."""
     counts: list[int] = [len(o.data.polygons) for o in bpy.context.scene.objects if o.type == "MESH"]

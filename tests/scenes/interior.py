@@ -294,7 +294,7 @@ def build(interior: Interior = Interior()) -> None:
         add(f"picture{number}", framed, matte("cloth", CLOTH))
 
     # Two lamps that stand in corners and light the ceiling
-    for number, (x, y) in enumerate(((0.45, depth - 0.5), (length - 1.2, 0.45))):
+    for number, (x, y) in enumerate(((0.75, depth - 0.75), (length - 1.2, 0.8))):
         foot = Shape().prism((0, 0, 0), (0, 0, 0.03), 0.14, 16).prism((0, 0, 0.03), (0, 0, 1.5), 0.015, 8)
         add(f"lamp{number}", at(foot, (x, y, 0.0)), matte("metal", METAL))
         add(f"lamp shade{number}", at(round_shade(1.5, 1.72, 0.1, 0.2), (x, y, 0.0)), matte("shade", SHADE))

@@ -90,7 +90,8 @@ def main() -> None:
                 "method": method,
                 "tolerance": tolerance,
                 "quantity": quantity,
-                "receivers": "ALL",
+                # What the scene selects, or everything where it selects nothing.
+                "receivers": "SELECTED",
                 "time_limit": time_limit,
                 "triangle_budget": budget,
             }

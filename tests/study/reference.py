@@ -10,7 +10,7 @@ emission of the surface's own material, which has to be Principled with constant
 
 The three corners and the seeds are independent estimates; their scatter gives the standard error.
 
-OUT.npz holds, for N points drawn evenly over the area of all faces, on the sides that the normals point to:
+OUT.npz holds, for N points drawn evenly over the area of the receivers, on the sides that the normals point to:
 `points` (N, 3) m, `normals` (N, 3), `objects` (N) as indices into `object_names`, `irradiance`, `irradiance_stderr`,
 `radiosity` and `radiosity_stderr` (N, 3) W/m², and `settings`, the numbers asked for as text.
 """
@@ -62,11 +62,12 @@ def material_constants(material: bpy.types.Material | None) -> tuple[Floats, Flo
 
 
 def draw_points(count: int, seed: int) -> Points:
-    """Draw points evenly over the area of all mesh faces that renders see."""
+    """Draw points evenly over the area of the selected meshes, or of all that renders see when none is selected."""
+    selected = {o.name for o in bpy.context.view_layer.objects if o.type == "MESH" and o.select_get()}
     corners, triangle_objects, reflectances, emissions = [], [], [], []
     names: list[str] = []
     for receiver in sorted(bpy.context.scene.objects, key=lambda o: o.name):
-        if receiver.type != "MESH" or receiver.hide_render:
+        if receiver.type != "MESH" or receiver.hide_render or (selected and receiver.name not in selected):
             continue
         mesh = receiver.data
         mesh.calc_loop_triangles()
