@@ -120,8 +120,8 @@ def add_camera(eye: Point, target: Point, lens_mm: float, size: tuple[int, int] 
     bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = size
 
 
-def bake_only(receivers: Sequence[bpy.types.Object]) -> None:
-    """Select what bakes and studies of this scene are about; when nothing is selected, that is everything."""
+def measure_only(receivers: Sequence[bpy.types.Object]) -> None:
+    """Select what a study of this scene measures; when nothing is selected, that is everything."""
     bpy.context.view_layer.update()
     for receiver in receivers:
         receiver.select_set(True)

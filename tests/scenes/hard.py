@@ -17,7 +17,7 @@ from mathutils import Matrix
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.scenes.building import Shape, add, add_camera, add_light, bake_only, make, matte
+from tests.scenes.building import Shape, add, add_camera, add_light, make, matte, measure_only
 
 GREY, LIGHT_GREY, DARK = (0.5, 0.5, 0.5), (0.7, 0.7, 0.7), (0.05, 0.05, 0.05)
 WOOD, LEAF, WHITE, METAL = (0.45, 0.30, 0.18), (0.12, 0.35, 0.10), (0.85, 0.85, 0.85), (0.35, 0.35, 0.36)
@@ -196,7 +196,7 @@ def shelf() -> None:
     standing = Shape().box((0.0, -0.15, 0.0), (0.3, 0.15, 0.45)).standing(0.1, 0.1, 20.0)
     block = add("block", standing, matte("block", GREY))
     # The card is hundreds of times as bright as the room: an error relative to both would tell of the card alone.
-    bake_only([room, block])
+    measure_only([room, block])
     # It faces the card squarely: nothing before the card lies in front of the lamp's plane but the dark box.
     add_light("lamp", (2600.0, 2400.0, 2100.0), (1.35, 0.0, 1.4), (0.12, 0.12), (1.0, 0.0, 0.0))
     add_camera((-1.9, -1.3, 1.75), (0.6, 0.2, 0.4), 22.0)

@@ -90,8 +90,8 @@ def main() -> None:
                 "method": method,
                 "tolerance": tolerance,
                 "quantity": quantity,
-                # What the scene selects, or everything where it selects nothing.
-                "receivers": "SELECTED",
+                # Also where the scene selects what is measured: what is not baked is not refined, and sends worse.
+                "receivers": "ALL",
                 "time_limit": time_limit,
                 "triangle_budget": budget,
             }
