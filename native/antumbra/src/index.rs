@@ -15,7 +15,7 @@ macro_rules! typed_index {
             }
 
             /// All indices of a range, in order.
-            pub(crate) fn range(range: std::ops::Range<usize>) -> impl Iterator<Item = Self> + Clone {
+            pub(crate) fn range(range: std::ops::Range<usize>) -> impl DoubleEndedIterator<Item = Self> + Clone {
                 range.map(Self::new)
             }
 

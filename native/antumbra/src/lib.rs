@@ -14,6 +14,7 @@
 //! surface's outgoing radiance is `B/pi`.
 
 mod adapt;
+mod display;
 pub mod error;
 mod index;
 mod mesh;
@@ -21,7 +22,6 @@ pub mod monitor;
 pub mod report;
 pub mod scene;
 pub mod settings;
-#[cfg_attr(not(test), expect(dead_code, reason = "the driver does not insert shadow lines yet"))]
 mod shadow;
 pub mod solve;
 mod transport;

@@ -63,8 +63,19 @@ pub struct ResultSummary {
     pub ended_by: String,
     /// Share of the light that had not arrived when shooting ended; it was spread like the indirect light before it.
     pub unshot: f64,
+    /// Discontinuity lines in the mesh.
+    pub lines: LineSummary,
     /// How visibility was found.
     pub visibility: VisibilitySummary,
+}
+
+/// Discontinuity lines of the methods ADM and DM.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct LineSummary {
+    /// Shadow boundaries and contacts that went into the mesh, counted per face.
+    pub drawn: usize,
+    /// Faces whose lines were too many or too tangled to arrange, and which were refined without.
+    pub plain_faces: usize,
 }
 
 /// How many form factors were computed in which way.

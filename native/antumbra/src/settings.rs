@@ -12,6 +12,10 @@ pub enum Method {
     Uniform,
     /// Adaptive subdivision by differences at the vertices (the paper, §2.2).
     As,
+    /// Full discontinuity meshing: all shadow boundaries of all lights (Lischinski, Tampieri, Greenberg 1992).
+    Dm,
+    /// Adaptive discontinuity meshing: shadow boundaries where they can be noticed (the paper, §3.2).
+    Adm,
 }
 
 /// What the colour attribute holds.
@@ -51,7 +55,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            method: Method::As,
+            method: Method::Adm,
             tolerance: 0.01,
             element_size: 0.0,
             max_level: 8,

@@ -1,20 +1,45 @@
 //! The driver: the only place that loops over stages.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use glam::DVec3;
+
+use crate::adapt::line_search::{LineSearch, WORTH_A_VERTEX, contacts};
+use crate::adapt::refinement::{EVEN, Refinement};
+use crate::display::{Display, DisplayMesh, baked_area};
 use crate::error::Error;
-use crate::mesh::Mesh;
-use crate::mesh::coarse::{Sizes, subdivide_coarsely};
+use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
+use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
-use crate::report::{Iteration, Report, ResultSummary, SceneSummary, Timings, VisibilitySummary};
+use crate::report::{
+    Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, VisibilitySummary,
+};
 use crate::scene::SceneInput;
 use crate::scene::world::World;
-use crate::settings::Settings;
+use crate::settings::{Method, Quantity, Settings};
+use crate::shadow::silhouette::BlockerEdges;
 use crate::transport::form_factors::FormFactors;
-use crate::transport::shooting::{CoarseMesh, Shooting, Which};
-use crate::transport::sources::blocking_polygons;
+use crate::transport::gather::Gather;
+use crate::transport::shooting::{PatchMesh, Shooting};
+use crate::transport::source_tree::SourceTree;
+use crate::transport::sources::{Emitters, blocking_polygons};
 use crate::visibility::blockers::Blockers;
 use crate::weld::{Bake, weld};
+
+/// Share of the wanted error that refinement for the emitters may leave; errors add up in quadrature, and the patches'
+/// own, that they send a mean, is not estimated.
+const SHARE_OF_EMITTERS: f64 = 0.75;
+
+/// The same for refinement for what patches reflect.
+const SHARE_OF_PATCHES: f64 = 0.5;
+
+/// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
+/// ones that one waits for.
+const SHOOTING: [f64; 2] = [0.1, 0.4];
+
+/// Contacts shorter than this, in patches, do not divide patches: what leaks under such a thing is a sixteenth of a
+/// patch's area.
+const SMALL_CONTACT: f64 = 0.25;
 
 /// Bakes a scene. The result does not depend on the number of threads.
 ///
@@ -34,47 +59,52 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if !world.objects.iter().any(|object| object.receives && !object.faces.is_empty()) {
         return Err(Error::NoReceiver);
     }
-    let blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
-    monitor.check()?;
-    let coarse = coarse_mesh(&world, settings);
-    monitor.check()?;
-    let mut shooting = Shooting::new(&world, settings, monitor, FormFactors::new(&blockers), coarse);
-    if shooting.sources.lights == 0 {
+    let emitters = Emitters::new(&world);
+    if emitters.lights == 0 {
         return Err(Error::NoLight);
     }
-    let mut timeline = Timeline { start, settings, monitor, iterations: Vec::new() };
-    let ended_by = timeline.solve(&mut shooting)?;
-
-    let (lights, out_of_budget, visibility) =
-        (shooting.sources.lights, shooting.out_of_budget, shooting.counts());
-    monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
-    let unshot = shooting.remaining();
-    let (mesh, irradiance) = shooting.finish();
-    let meshes = weld(input, &world, &mesh, &irradiance, settings.quantity);
+    let blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
+    let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
-    let ended_by = match ended_by {
-        "converged" if out_of_budget && settings.triangle_budget == 0 => "refinement_limit",
-        "converged" if out_of_budget => "triangle_budget",
-        ended => ended,
+    let mut solver = Solver {
+        world: &world,
+        settings,
+        monitor,
+        form_factors: &form_factors,
+        emitters: &emitters,
+        shown: shown(&world, settings.quantity),
+        start,
+        deadline: (settings.time_limit > 0.0).then(|| start + Duration::from_secs_f64(settings.time_limit)),
+        triangle_limit: 0,
+        out_of_budget: false,
+        cutting: Cutting::default(),
+        iterations: Vec::new(),
+    };
+    let (display, indirect_scale, unshot) = solver.solve()?;
+
+    monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
+    let meshes = weld(input, &world, &display, &display.irradiance(indirect_scale), settings.quantity);
+    monitor.check()?;
+    let result = ResultSummary {
+        triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
+        vertices: meshes.iter().map(|mesh| mesh.positions.len()).sum(),
+        ended_by: solver.ended_by().to_owned(),
+        unshot,
+        lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
+        visibility: VisibilitySummary::from(form_factors.counts()),
     };
     let mut report = Report {
         scene: SceneSummary {
             objects: input.objects.len(),
             triangles: input.objects.iter().map(|object| object.triangles.len()).sum(),
-            lights,
+            lights: emitters.lights,
         },
         timings: Timings { solve_s: start.elapsed().as_secs_f64() },
-        timeline: timeline.iterations,
-        result: ResultSummary {
-            triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
-            vertices: meshes.iter().map(|mesh| mesh.positions.len()).sum(),
-            ended_by: ended_by.to_owned(),
-            unshot,
-            visibility: VisibilitySummary::from(visibility),
-        },
+        timeline: solver.iterations,
+        result,
         warnings: world.warnings.clone(),
     };
-    if out_of_budget && settings.triangle_budget == 0 {
+    if solver.out_of_budget && settings.triangle_budget == 0 {
         report.warnings.push(format!(
             "the mesh was not refined beyond {} triangles: set triangle_budget for a finer one, or a larger tolerance",
             report.result.triangles
@@ -84,80 +114,226 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     Ok(Bake { meshes, report })
 }
 
-/// Cuts the scene's faces into patches and elements.
-fn coarse_mesh(world: &World, settings: &Settings) -> CoarseMesh {
-    let mut mesh = Mesh::new(world);
-    let sizes = Sizes::new(world, settings);
-    let coarse = subdivide_coarsely(&mut mesh, world, sizes);
-    let limit = u8::try_from(settings.max_level).unwrap_or(u8::MAX);
-    CoarseMesh {
-        mesh,
-        patch_elements: coarse.patches,
-        patch_size: sizes.patch,
-        coarse_elements: coarse.receiving,
-        deepest: coarse.levels.iter().map(|level| level.saturating_add(limit)).collect(),
-    }
+/// Per material: the share of arriving light that the user will see.
+fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
+    let shown = |reflectance_rgb| match quantity {
+        Quantity::Radiosity => DVec3::from_array(reflectance_rgb),
+        Quantity::Irradiance => DVec3::ONE,
+    };
+    world.materials.iter().map(|material| shown(material.reflectance_rgb)).collect()
 }
 
-/// Runs the shots and keeps the report's timeline.
-struct Timeline<'a> {
-    start: Instant,
+/// One solution on its way.
+struct Solver<'a> {
+    world: &'a World,
     settings: &'a Settings,
     monitor: &'a Monitor,
+    form_factors: &'a FormFactors<'a>,
+    emitters: &'a Emitters,
+    /// Per material: the share of arriving light that is shown, per channel.
+    shown: Vec<DVec3>,
+    start: Instant,
+    /// When the user's time is up.
+    deadline: Option<Instant>,
+    /// Triangles that the display mesh may have.
+    triangle_limit: usize,
+    out_of_budget: bool,
+    cutting: Cutting,
     iterations: Vec<Iteration>,
 }
 
-impl Timeline<'_> {
-    /// Shoots until the light is distributed, the time is up or the caller wants no more, and refines the mesh for
-    /// the light. Returns why it ended.
-    fn solve(&mut self, shooting: &mut Shooting) -> Result<&'static str, Error> {
-        for which in [Which::Emitters, Which::Patches] {
-            let ended = self.shoot(shooting, which)?;
-            shooting.refine(which)?;
-            self.record(shooting, shooting.remaining());
-            // The time may have run out while the mesh was refined.
-            if let Some(reason) = ended.or(self.wants_end()?) {
-                return Ok(reason);
-            }
-            if which == Which::Emitters {
-                shooting.fit_patches();
-            }
+impl<'a> Solver<'a> {
+    /// Emitters shoot and the mesh follows their shadows; patches exchange the rest; the mesh follows that.
+    ///
+    /// Returns the display, what its indirect light must be scaled by, and the share of light never shot.
+    fn solve(&mut self) -> Result<(Display<'a>, DVec3, f64), Error> {
+        let (monitor, deadline) = (self.monitor, self.deadline);
+        let ends = move || ends(monitor, deadline);
+
+        // Emitters shoot
+        let sizes = Sizes::new(self.world, self.settings);
+        let patches = self.patch_mesh(sizes);
+        let coarse = patches.mesh.clone();
+        let mut shooting = Shooting::new(
+            self.world,
+            self.settings,
+            self.monitor,
+            self.form_factors,
+            self.emitters,
+            patches,
+            &ends,
+        )?;
+        let wanted_error = shooting.wanted_error();
+        let mesh = self.display_mesh(coarse, sizes, wanted_error, &ends)?;
+        let gather = self.gather(&self.emitters.tree, wanted_error, &ends);
+        let known = shooting.direct_at(shared_samples(&mesh));
+        let mut display = Display::new(mesh, known, &gather)?;
+        self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
+        self.record(&display, &shooting);
+
+        // Refine the mesh for their light
+        if self.settings.method != Method::Uniform {
+            let refinement =
+                self.refinement(gather, SHARE_OF_EMITTERS * wanted_error, true, [0.0, SHOOTING[0]]);
+            self.out_of_budget |= display.refine_for_emitters(&refinement)?;
         }
-        shooting.shoot_again();
-        Ok("converged")
+
+        // Patches exchange what they reflect
+        shooting.fit_to_direct_light(&display, &ends)?;
+        self.shoot(&mut shooting, &display, &ends)?;
+        if shooting.fit_to_indirect_light(&display, &ends)? {
+            self.shoot(&mut shooting, &display, &ends)?;
+        }
+
+        // Refine the mesh for their light
+        let lit = shooting.lit();
+        let wanted_error = shooting.wanted_error();
+        let gather = self.gather(&lit, wanted_error, &ends);
+        let known = shooting.indirect_at(shared_samples(&display.mesh));
+        let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
+        display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
+        if self.settings.method != Method::Uniform && !self.out_of_budget {
+            let refinement =
+                self.refinement(gather, SHARE_OF_PATCHES * wanted_error, false, [SHOOTING[1], 0.99]);
+            self.out_of_budget |= display.refine_for_patches(&refinement)?;
+        }
+        self.record(&display, &shooting);
+        Ok((display, shooting.closing_factor(), shooting.remaining()))
     }
 
-    fn shoot(&mut self, shooting: &mut Shooting, which: Which) -> Result<Option<&'static str>, Error> {
-        let mut unshot = 1.0;
-        loop {
-            if let Some(reason) = self.wants_end()? {
-                return Ok(Some(reason));
-            }
-            let Some(computed) = shooting.shoot(which)? else { return Ok(None) };
+    /// Shoots until the light is distributed, the time is up or the caller wants no more.
+    fn shoot(
+        &mut self,
+        shooting: &mut Shooting,
+        display: &Display,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), Error> {
+        let mut unshot = shooting.remaining();
+        self.record(display, shooting);
+        while !ends() {
+            let Some(computed) = shooting.shoot()? else { break };
             // Shots from kept columns take microseconds; only what changes the picture is an iteration.
             if computed || shooting.remaining() < 0.5 * unshot {
                 unshot = shooting.remaining();
-                self.record(shooting, unshot);
+                self.record(display, shooting);
             }
         }
+        Ok(())
     }
 
-    /// Why the user wants it to end now, if so.
-    fn wants_end(&self) -> Result<Option<&'static str>, Error> {
-        self.monitor.check()?;
-        if self.monitor.wants_end() {
-            return Ok(Some("stopped"));
+    /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
+    /// its mean would carry light there.
+    fn patch_mesh(&self, sizes: Sizes) -> PatchMesh {
+        let mut mesh = match self.settings.method {
+            Method::Uniform | Method::As => Mesh::new(self.world),
+            Method::Dm | Method::Adm => {
+                let contacts =
+                    contacts(self.world, self.form_factors.blockers, |_| true, sizes.patch * SMALL_CONTACT);
+                Mesh::of_tiles(&tessellate(self.world, &contacts, |_| true, 0).0)
+            }
+        };
+        let elements = cut_into_patches(&mut mesh, sizes.patch);
+        PatchMesh { mesh, elements, patch_size: sizes.patch }
+    }
+
+    /// The mesh that the method starts from.
+    fn display_mesh(
+        &mut self,
+        coarse: Mesh,
+        sizes: Sizes,
+        wanted_error: f64,
+        ends: &dyn Fn() -> bool,
+    ) -> Result<DisplayMesh<'a>, Error> {
+        let limit = u8::try_from(self.settings.max_level).unwrap_or(u8::MAX);
+        let world = self.world;
+        if matches!(self.settings.method, Method::Adm | Method::Dm) {
+            let allowed = (SHARE_OF_EMITTERS * wanted_error).powi(2) * baked_area(world);
+            let edges = BlockerEdges::new(self.form_factors.blockers.polygons());
+            let search = LineSearch {
+                world,
+                blockers: self.form_factors.blockers,
+                edges: &edges,
+                monitor: self.monitor,
+                sources: &self.emitters.polygons,
+                shown: &self.shown,
+                mean_radiosity: wanted_error / self.settings.tolerance,
+                allowed,
+                max_blockers: self.settings.max_blockers as usize,
+                worth: (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX),
+            };
+            let lines = search.find()?;
+            // Bisecting twice does what quartering does once.
+            let deepest = limit.saturating_mul(2);
+            // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
+            let lines = lines.worthwhile(self.settings.triangle_limit(world.faces.len()) / 5);
+            let (mut mesh, cutting) = tessellate(world, &lines, |face| world.receives(face), deepest);
+            self.cutting = cutting;
+            mesh.longest_edge = if self.settings.element_size > 0.0 { sizes.element } else { f64::INFINITY };
+            mesh.bisect_to(sizes.element, self.settings.triangle_limit(mesh.live), ends);
+            return Ok(DisplayMesh::Tessellated(mesh));
         }
-        let limit = self.settings.time_limit;
-        Ok((limit > 0.0 && self.start.elapsed().as_secs_f64() > limit).then_some("time_limit"))
+        let mut mesh = coarse;
+        let shared_samples = mesh.samples.len();
+        let levels = subdivide_to(&mut mesh, world, sizes.element);
+        let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
+        Ok(DisplayMesh::Quartered(Quartering { world, mesh, deepest, shared_samples }))
     }
 
-    fn record(&mut self, shooting: &Shooting, unshot: f64) {
+    fn gather<'g>(
+        &self,
+        sources: &'g SourceTree,
+        wanted_error: f64,
+        ends: &'g (dyn Fn() -> bool + Sync),
+    ) -> Gather<'g>
+    where
+        'a: 'g,
+    {
+        Gather { form_factors: self.form_factors, monitor: self.monitor, sources, wanted_error, ends }
+    }
+
+    /// `wanted_error`: rms over everything that is baked, W/m².
+    fn refinement<'g>(
+        &'g self,
+        gather: Gather<'g>,
+        wanted_error: f64,
+        hidden_shadows: bool,
+        progress: [f64; 2],
+    ) -> Refinement<'g> {
+        Refinement {
+            world: self.world,
+            gather,
+            shown: &self.shown,
+            wanted_error,
+            allowed: wanted_error * wanted_error * baked_area(self.world),
+            triangle_budget: self.triangle_limit,
+            hidden_shadows,
+            progress,
+        }
+    }
+
+    /// Why it ended.
+    fn ended_by(&self) -> &'static str {
+        if self.monitor.wants_end() {
+            "stopped"
+        } else if ends(self.monitor, self.deadline) {
+            "time_limit"
+        } else if self.out_of_budget && self.settings.triangle_budget == 0 {
+            "refinement_limit"
+        } else if self.out_of_budget {
+            "triangle_budget"
+        } else {
+            "converged"
+        }
+    }
+
+    fn record(&mut self, display: &Display, shooting: &Shooting) {
+        let [elements, vertices] = display.counts();
+        let unshot = shooting.remaining();
         let iteration = Iteration {
             time_s: self.start.elapsed().as_secs_f64(),
-            shots: shooting.shots,
-            elements: shooting.mesh.leaves,
-            vertices: shooting.mesh.vertices.len(),
+            shots: self.emitters.polygons.len() + shooting.shots,
+            elements,
+            vertices,
             unshot,
         };
         // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
@@ -165,11 +341,25 @@ impl Timeline<'_> {
         let fraction = unshot.max(f64::MIN_POSITIVE).ln() / (0.05 * self.settings.tolerance).ln();
         self.monitor.report(Progress {
             stage: Stage::Shooting,
-            fraction: fraction.clamp(0.0, 0.99).max(self.monitor.progress().fraction),
+            fraction: (SHOOTING[0] + (SHOOTING[1] - SHOOTING[0]) * fraction.clamp(0.0, 1.0))
+                .max(self.monitor.progress().fraction),
             shots: iteration.shots,
             elements: iteration.elements,
             unshot,
         });
         self.iterations.push(iteration);
     }
+}
+
+/// Samples that the display mesh has in common with the patches.
+fn shared_samples(mesh: &DisplayMesh) -> usize {
+    match mesh {
+        DisplayMesh::Quartered(mesh) => mesh.shared_samples,
+        DisplayMesh::Tessellated(mesh) => mesh.shared_samples,
+    }
+}
+
+/// Whether the caller wants no more, or the time is up.
+fn ends(monitor: &Monitor, deadline: Option<Instant>) -> bool {
+    monitor.wants_end() || deadline.is_some_and(|deadline| Instant::now() > deadline)
 }

@@ -6,8 +6,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::index::{ElementId, FaceId, VertexId};
-use crate::mesh::{Corner, Mesh, anchored};
+use crate::display::Display;
+use crate::index::{FaceId, VertexId};
+use crate::mesh::Corner;
 use crate::report::Report;
 use crate::scene::world::World;
 use crate::scene::{MaterialInput, ObjectInput, SceneInput};
@@ -48,18 +49,24 @@ pub struct BakedMesh {
 
 /// Collects the refined meshes of all baked objects, anchored, with their light.
 ///
-/// `irradiance`: per sample, front and back, W/m².
+/// `irradiance`: per sample, W/m².
 pub(crate) fn weld(
     input: &SceneInput,
     world: &World,
-    mesh: &Mesh,
-    irradiance: &[[DVec3; 2]],
+    display: &Display,
+    irradiance: &[DVec3],
     quantity: Quantity,
 ) -> Vec<BakedMesh> {
+    let triangles = display.triangles();
     (0..input.objects.len())
         .into_par_iter()
         .filter(|&object| world.objects[object].receives && !world.objects[object].faces.is_empty())
-        .map(|object| Welder::new(input, world, mesh, irradiance, quantity, object).weld())
+        .map(|object| {
+            let faces = &world.objects[object].faces;
+            let [first, end] =
+                [faces.start, faces.end].map(|face| triangles.partition_point(|(f, _)| f.index() < face));
+            Welder::new(input, world, irradiance, quantity, object).weld(&triangles[first..end])
+        })
         .collect()
 }
 
@@ -68,8 +75,7 @@ struct Welder<'a> {
     source: &'a ObjectInput,
     world: &'a World,
     object: usize,
-    mesh: &'a Mesh,
-    irradiance: &'a [[DVec3; 2]],
+    irradiance: &'a [DVec3],
     quantity: Quantity,
     baked: BakedMesh,
     /// Mesh vertices that are baked vertices already.
@@ -80,36 +86,31 @@ impl<'a> Welder<'a> {
     fn new(
         input: &'a SceneInput,
         world: &'a World,
-        mesh: &'a Mesh,
-        irradiance: &'a [[DVec3; 2]],
+        irradiance: &'a [DVec3],
         quantity: Quantity,
         object: usize,
     ) -> Self {
         let source = &input.objects[object];
         let baked = BakedMesh { object, ..BakedMesh::default() };
-        Self { source, world, object, mesh, irradiance, quantity, baked, numbers: FxHashMap::default() }
+        Self { source, world, object, irradiance, quantity, baked, numbers: FxHashMap::default() }
     }
 
-    fn weld(mut self) -> BakedMesh {
-        let range = self.world.objects[self.object].faces.clone();
+    fn weld(mut self, triangles: &[(FaceId, [Corner; 3])]) -> BakedMesh {
         let mut next_triangle = 0;
-        // Light at vertices, for faces that have no area and so no light of their own.
-        let mut at_vertex: FxHashMap<u32, DVec3> = FxHashMap::default();
+        // Light at source vertices, for faces that have no area and so no light of their own.
+        let mut at_vertex: FxHashMap<VertexId, DVec3> = FxHashMap::default();
         let mut flat: Vec<u32> = Vec::new();
-        for face in range {
-            let source_triangle = self.world.faces[face].source_triangle;
+        for (face, corners) in triangles {
+            let source_triangle = self.world.faces[face.index()].source_triangle;
             flat.extend(next_triangle..source_triangle);
             next_triangle = source_triangle + 1;
-            let material = self.world.material(FaceId::new(face));
-            let mesh = self.mesh;
-            anchored(mesh, ElementId::new(face), |corners| {
-                let radiance = corners.map(|corner| self.radiance(self.irradiance_at(&corner), material));
-                self.push(source_triangle, corners.map(|c| (c.vertex, c.barycentric)), radiance);
-            });
-            let root = mesh.element(ElementId::new(face));
-            for (vertex, sample) in root.vertices.iter().zip(root.samples) {
-                at_vertex.entry(vertex.index() as u32).or_insert(self.irradiance[sample.index()][0]);
+            let material = self.world.material(*face);
+            let irradiance = corners.each_ref().map(|corner| self.irradiance_at(corner));
+            for (corner, &irradiance) in corners.iter().zip(&irradiance) {
+                at_vertex.entry(corner.vertex).or_insert(irradiance);
             }
+            let radiance = irradiance.map(|irradiance| self.radiance(irradiance, material));
+            self.push(source_triangle, corners.each_ref().map(|c| (c.vertex, c.barycentric)), radiance);
         }
         flat.extend(next_triangle..self.source.triangles.len() as u32);
         for triangle in flat {
@@ -119,14 +120,14 @@ impl<'a> Welder<'a> {
     }
 
     /// A face without area keeps its place, so that what was watertight stays so; it shows its neighbours' light.
-    fn push_flat(&mut self, triangle: u32, at_vertex: &FxHashMap<u32, DVec3>) {
+    fn push_flat(&mut self, triangle: u32, at_vertex: &FxHashMap<VertexId, DVec3>) {
         let first = self.world.objects[self.object].first_vertex;
-        let vertices = self.source.triangles[triangle as usize].map(|v| first + v);
+        let vertices = self.source.triangles[triangle as usize].map(|v| VertexId::new((first + v) as usize));
         let material = &self.world.materials[self.source.triangle_materials[triangle as usize] as usize];
         let radiance =
             vertices.map(|v| self.radiance(at_vertex.get(&v).copied().unwrap_or(DVec3::ZERO), material));
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
-        let corners = std::array::from_fn(|k| (VertexId::new(vertices[k] as usize), units[k]));
+        let corners = std::array::from_fn(|k| (vertices[k], units[k]));
         self.push(triangle, corners, radiance);
     }
 
@@ -165,7 +166,7 @@ impl<'a> Welder<'a> {
     }
 
     fn irradiance_at(&self, corner: &Corner) -> DVec3 {
-        let [a, b] = corner.samples.map(|s| self.irradiance[s.index()][0]);
+        let [a, b] = corner.samples.map(|s| self.irradiance[s.index()]);
         0.5 * (a + b)
     }
 

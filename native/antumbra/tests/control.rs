@@ -7,7 +7,7 @@ use std::thread;
 
 use antumbra::Error;
 use antumbra::monitor::{Monitor, Progress, Stage};
-use antumbra::settings::Settings;
+use antumbra::settings::{Method, Settings};
 use antumbra::solve::bake;
 use antumbra::weld::Bake;
 use common::baked::assert_sound;
@@ -27,6 +27,8 @@ fn room() -> Scene {
     scene.light(&lamp(DVec3::new(2.0, 1.5, 2.4), 0.3), 10.0);
     scene
 }
+
+const METHODS: [Method; 3] = [Method::Adm, Method::Dm, Method::As];
 
 /// So much work that it cannot be done before the test cancels it.
 fn endless() -> Settings {
@@ -64,18 +66,22 @@ fn cancelled_before_it_starts() {
 
 #[test]
 fn cancelled_while_it_shoots() {
-    let (result, _) = watched(&endless(), |monitor, progress| {
-        if progress.stage == Stage::Shooting && progress.shots >= 2 {
-            monitor.cancel();
-        }
-    });
-    assert_eq!(result.err(), Some(Error::Cancelled));
+    for method in METHODS {
+        let (result, _) = watched(&Settings { method, ..endless() }, |monitor, progress| {
+            if progress.stage == Stage::Shooting && progress.shots >= 2 {
+                monitor.cancel();
+            }
+        });
+        assert_eq!(result.err(), Some(Error::Cancelled));
+    }
 }
 
 #[test]
 fn cancelled_before_its_first_shot() {
-    let (result, _) = watched(&endless(), |monitor, _| monitor.cancel());
-    assert_eq!(result.err(), Some(Error::Cancelled));
+    for method in METHODS {
+        let (result, _) = watched(&Settings { method, ..endless() }, |monitor, _| monitor.cancel());
+        assert_eq!(result.err(), Some(Error::Cancelled));
+    }
 }
 
 /// Whoever cancels after stopping, or stops after cancelling, has cancelled.
@@ -120,11 +126,13 @@ fn stopped_while_it_shoots_it_has_some_light() {
 #[test]
 fn a_time_limit_ends_it() {
     let scene = room();
-    let bake = scene.bake(&Settings { time_limit: 1e-9, ..quick() });
-    assert_eq!(bake.report.result.ended_by, "time_limit");
-    assert_sound(&scene.input, &bake);
-    let bake = scene.bake(&Settings { time_limit: 1e6, ..quick() });
-    assert_eq!(bake.report.result.ended_by, "converged");
+    for method in METHODS {
+        let bake = scene.bake(&Settings { method, time_limit: 1e-9, ..quick() });
+        assert_eq!(bake.report.result.ended_by, "time_limit");
+        assert_sound(&scene.input, &bake);
+        let bake = scene.bake(&Settings { method, time_limit: 1e6, ..quick() });
+        assert_eq!(bake.report.result.ended_by, "converged");
+    }
 }
 
 #[test]

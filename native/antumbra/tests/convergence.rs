@@ -5,10 +5,10 @@
 
 mod common;
 
-use antumbra::settings::Settings;
+use antumbra::settings::{Method, Settings};
 use antumbra::visibility::{ConvexPolygon, Receiver};
 use common::baked::{assert_sound, light_over};
-use common::scene::{Scene, adaptive, arriving, lamp, uniform};
+use common::scene::{Scene, adaptive, arriving, by, lamp, uniform};
 use common::shape::Shape;
 use common::{Random, polygon, visible};
 use glam::{DMat3, DVec3};
@@ -58,7 +58,7 @@ impl PaperScene {
             .collect()
     }
 
-    /// The rms error over the probes relative to their mean light, and the triangles that took.
+    /// The rms error over the probes relative to their mean light, and the vertices that took.
     fn error(&self, settings: &Settings) -> (f64, usize) {
         let bake = self.scene.bake(&arriving(settings.clone()));
         assert_sound(&self.scene.input, &bake);
@@ -67,30 +67,46 @@ impl PaperScene {
         let mean = probes.iter().map(|(_, exact)| exact).sum::<f64>() / POINTS as f64;
         let squares: f64 =
             probes.iter().map(|&([x, y], exact)| (light_over(floor, x, y) - exact).powi(2)).sum();
-        ((squares / POINTS as f64).sqrt() / mean, bake.report.result.triangles)
+        ((squares / POINTS as f64).sqrt() / mean, bake.report.result.vertices)
     }
 }
 
 #[test]
 fn the_error_follows_the_tolerance() {
     let paper = PaperScene::new();
-    let mut last = f64::INFINITY;
-    for tolerance in [0.04, 0.02, 0.01, 0.005] {
-        let (error, triangles) = paper.error(&Settings { tolerance, ..adaptive() });
-        println!("tolerance {tolerance}: error {error:.5} with {triangles} triangles");
-        assert!(error <= 1.5 * tolerance, "error {error} at tolerance {tolerance}");
-        assert!(error < last, "error {error} after {last}");
-        last = error;
+    for method in [Method::Adm, Method::Dm, Method::As] {
+        let mut last = f64::INFINITY;
+        for tolerance in [0.04, 0.02, 0.01, 0.005] {
+            let (error, vertices) = paper.error(&Settings { tolerance, ..by(method) });
+            println!("{method:?}, tolerance {tolerance}: error {error:.5} with {vertices} vertices");
+            assert!(error <= 1.5 * tolerance, "{method:?}: error {error} at tolerance {tolerance}");
+            assert!(error < last, "{method:?}: error {error} after {last}");
+            last = error;
+        }
     }
 }
 
 #[test]
-fn adaptive_refinement_beats_a_uniform_mesh_of_more_triangles() {
+fn adaptive_subdivision_beats_a_uniform_mesh_of_more_vertices() {
     let paper = PaperScene::new();
     let (uniform, many) = paper.error(&uniform(0.08));
-    let (adaptive, few) = paper.error(&adaptive());
-    println!("uniform: {uniform:.5} with {many} triangles; adaptive: {adaptive:.5} with {few}");
+    let (adaptive, few) = paper.error(&by(Method::As));
+    println!("uniform: {uniform:.5} with {many} vertices; adaptive: {adaptive:.5} with {few}");
     assert!(few < many && adaptive < uniform);
+}
+
+/// What the paper is about: edges on the shadow boundaries are worth more than small elements.
+#[test]
+fn shadow_boundaries_take_half_the_vertices_of_subdivision_for_the_same_error() {
+    let paper = PaperScene::new();
+    for tolerance in [0.02, 0.01, 0.005] {
+        let (wanted, many) = paper.error(&Settings { tolerance, ..by(Method::As) });
+        let finer = [1.4, 1.0, 0.7, 0.5, 0.35].map(|part| part * tolerance);
+        let bakes = finer.map(|tolerance| paper.error(&Settings { tolerance, ..by(Method::Adm) }));
+        let (error, few) = *bakes.iter().find(|(error, _)| *error <= wanted).expect("one is fine enough");
+        println!("AS: {wanted:.5} with {many} vertices; ADM: {error:.5} with {few}");
+        assert!(2 * few <= many, "{few} vertices with shadow boundaries, {many} without");
+    }
 }
 
 #[test]
@@ -109,5 +125,5 @@ fn without_the_cube_the_light_is_smooth_and_cheap() {
     paper.blockers.clear();
     let (error, without) = paper.error(&adaptive());
     assert!(error <= 0.015, "{error}");
-    assert!(without < with_shadows, "{without} triangles without shadows, {with_shadows} with them");
+    assert!(without < with_shadows, "{without} vertices without shadows, {with_shadows} with them");
 }

@@ -2,10 +2,10 @@
 
 mod common;
 
-use antumbra::settings::Settings;
+use antumbra::settings::{Method, Settings};
 use antumbra::weld::Bake;
 use common::Random;
-use common::scene::{Scene, adaptive, lamp, uniform};
+use common::scene::{Scene, adaptive, by, lamp, uniform};
 use common::shape::Shape;
 use glam::DVec3;
 
@@ -63,7 +63,7 @@ fn assert_same(a: &Bake, b: &Bake, what: &str) {
 fn assert_deterministic(scene: &Scene, settings: &Settings) -> Bake {
     let on = |threads| scene.bake(&Settings { threads, ..settings.clone() });
     let one = on(1);
-    for threads in [2, 16] {
+    for threads in [2, 4, 16] {
         assert_same(&one, &on(threads), &format!("{threads} threads"));
     }
     assert_same(&one, &on(1), "a second run");
@@ -72,8 +72,10 @@ fn assert_deterministic(scene: &Scene, settings: &Settings) -> Bake {
 
 #[test]
 fn an_adaptive_bake_is_the_same_on_any_number_of_threads() {
-    let bake = assert_deterministic(&plain_room(), &Settings { tolerance: 0.05, ..adaptive() });
-    assert!(bake.report.result.visibility.exact > 0);
+    for method in [Method::Adm, Method::Dm, Method::As] {
+        let bake = assert_deterministic(&plain_room(), &Settings { tolerance: 0.05, ..by(method) });
+        assert!(bake.report.result.visibility.exact > 0);
+    }
 }
 
 #[test]
@@ -83,7 +85,7 @@ fn a_uniform_bake_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn rays_are_the_same_on_any_number_of_threads() {
-    let bake = assert_deterministic(&crowded_room(), &Settings { tolerance: 0.2, ..adaptive() });
+    let bake = assert_deterministic(&crowded_room(), &Settings { tolerance: 0.2, ..by(Method::As) });
     println!("{:?}", bake.report.result.visibility);
     assert!(bake.report.result.visibility.rays > 0, "the crowd is too thin to test rays");
 }

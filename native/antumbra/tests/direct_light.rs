@@ -6,10 +6,10 @@ mod common;
 
 use std::f64::consts::PI;
 
-use antumbra::settings::Settings;
+use antumbra::settings::{Method, Settings};
 use antumbra::weld::Bake;
 use common::baked::{all_light, assert_sound, corners, light_over};
-use common::scene::{Scene, adaptive, arriving, lamp, uniform};
+use common::scene::{Scene, adaptive, arriving, by, lamp, uniform};
 use common::shape::Shape;
 use glam::{DMat4, DVec3};
 
@@ -203,7 +203,7 @@ fn adaptive_refinement_keeps_full_umbra_exactly_black() {
     floor(&mut scene, 1);
     scene.blocker("blocker", Shape::square(DVec3::Z, 0.5), 0);
     scene.light(&outline, 10.0);
-    let bake = scene.bake(&arriving(adaptive()));
+    let bake = scene.bake(&arriving(by(Method::As)));
     let floor = &bake.meshes[0];
     let umbra: Vec<f64> = (corners(floor))
         .filter(|&(p, _)| in_umbra(p, &outline, 1.0, 0.5))

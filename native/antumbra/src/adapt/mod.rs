@@ -1,3 +1,7 @@
 //! Where the mesh is refined, and why.
 
-pub(crate) mod adaptive_subdivision;
+mod adaptive_subdivision;
+mod bisection;
+mod five_cases;
+pub(crate) mod line_search;
+pub(crate) mod refinement;

@@ -1,7 +1,7 @@
 //! The mesh before any light: faces cut into patches, patches into elements (the paper, §2.1).
 
 use crate::index::{ElementId, FaceId};
-use crate::mesh::Mesh;
+use crate::mesh::{Element, Mesh};
 use crate::scene::world::World;
 use crate::settings::{Method, Settings};
 
@@ -12,6 +12,10 @@ const PATCHES: f64 = 150.0;
 
 /// Elements of a uniform mesh per patch and edge, at a tolerance of one per cent.
 const UNIFORM_ELEMENTS: f64 = 4.0;
+
+/// Edge of the elements that the discontinuity methods start from, in patches: they follow lines, not a grid, but an
+/// element must not be so large that the middles of its edges miss the light altogether.
+const FACE_ELEMENTS: f64 = 4.0;
 
 /// A face is cut to a 2^10th of its size at most before any light is known.
 const DEEPEST_COARSE: u8 = 10;
@@ -32,59 +36,64 @@ impl Sizes {
         let automatic = match settings.method {
             Method::As => patch,
             Method::Uniform => patch * fineness / UNIFORM_ELEMENTS,
+            Method::Adm | Method::Dm => FACE_ELEMENTS * patch,
         };
         let element = if settings.element_size > 0.0 { settings.element_size } else { automatic };
-        Self { patch: patch.max(element), element }
+        Self { patch: patch.max(settings.element_size), element }
     }
 }
 
-/// The elements of a coarse mesh that later stages start from.
-pub(crate) struct CoarseElements {
-    /// Elements that send together.
-    pub(crate) patches: Vec<ElementId>,
-    /// Leaves of baked objects.
-    pub(crate) receiving: Vec<ElementId>,
-    /// Per face: the level of its coarse elements.
-    pub(crate) levels: Vec<u8>,
+/// Times that a patch may be longer than its size when its area is small: the light of a long thin patch changes along
+/// it, but a strip is not worth hundreds of squares of its width.
+const LONGEST_PATCH: f64 = 4.0;
+
+/// Cuts the roots into patches: elements of about the area of a square of the given size. In order.
+pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64) -> Vec<ElementId> {
+    let fits = |mesh: &Mesh, element: &Element| {
+        (2.0 * element.area).sqrt() <= size && longest_edge(mesh, element) <= LONGEST_PATCH * size
+    };
+    let mut patches = Vec::new();
+    let mut open: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).rev().collect();
+    while let Some(id) = open.pop() {
+        let element = mesh.element(id);
+        if element.level == DEEPEST_COARSE || fits(mesh, element) {
+            patches.push(id);
+            continue;
+        }
+        if element.is_leaf() {
+            mesh.subdivide(id, &mut Vec::new());
+        }
+        let children = mesh.element(id).children().expect("it is subdivided; this is a bug in antumbra");
+        open.extend(children.into_iter().rev());
+    }
+    patches
 }
 
-/// Subdivides every face until no edge is longer than the sizes allow. Objects that are not baked stop at patches.
-pub(crate) fn subdivide_coarsely(mesh: &mut Mesh, world: &World, sizes: Sizes) -> CoarseElements {
-    let faces = (0..world.faces.len()).map(FaceId::new);
-    let level_for = |face: FaceId, size: f64| {
+/// Subdivides the faces of what is baked until no edge is longer than `size`. Returns the level of each face that
+/// this takes.
+pub(crate) fn subdivide_to(mesh: &mut Mesh, world: &World, size: f64) -> Vec<u8> {
+    let level = |face: FaceId| {
         let [a, b, c] = world.corners(&world.faces[face.index()]);
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
         (longest / size).log2().ceil().clamp(0.0, f64::from(DEEPEST_COARSE)) as u8
     };
-    let patch_levels: Vec<u8> = faces.clone().map(|face| level_for(face, sizes.patch)).collect();
-    let levels: Vec<u8> =
-        faces
-            .map(|face| {
-                if world.receives(face) { level_for(face, sizes.element) } else { patch_levels[face.index()] }
-            })
-            .collect();
-    let mut subdivided = Vec::new();
+    let levels: Vec<u8> = FaceId::range(0..world.faces.len())
+        .map(|face| if world.receives(face) { level(face) } else { 0 })
+        .collect();
     let mut index = 0;
     // Children are appended, so this visits every element that it makes.
     while index < mesh.elements.len() {
         let id = ElementId::new(index);
         let element = mesh.element(id);
-        if element.level < levels[element.face.index()] {
-            mesh.subdivide(id, &mut subdivided);
+        if element.is_leaf() && element.level < levels[element.face.index()] {
+            mesh.subdivide(id, &mut Vec::new());
         }
         index += 1;
     }
-    let elements =
-        || mesh.elements.iter().enumerate().map(|(index, element)| (ElementId::new(index), element));
-    CoarseElements {
-        patches: elements()
-            .filter(|(_, e)| e.level == patch_levels[e.face.index()])
-            .map(|(id, _)| id)
-            .collect(),
-        receiving: elements()
-            .filter(|(_, e)| e.is_leaf() && world.receives(e.face))
-            .map(|(id, _)| id)
-            .collect(),
-        levels,
-    }
+    levels
+}
+
+fn longest_edge(mesh: &Mesh, element: &Element) -> f64 {
+    let [a, b, c] = mesh.positions(element);
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
 }

@@ -63,6 +63,7 @@ impl GridPoint {
         Self { u: (a.u + b.u) >> 1, v: (a.v + b.v + 1) >> 1 }
     }
 
+    #[cfg(test)]
     pub(crate) fn is_inside_or_on_border(self) -> bool {
         self.weights().iter().all(|&weight| weight >= 0)
     }

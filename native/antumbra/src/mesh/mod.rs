@@ -10,14 +10,14 @@
 //! restriction); parts are numbered in the order they were made, and nothing depends on the order of a hash map.
 
 mod anchor;
-#[allow(dead_code, clippy::allow_attributes, reason = "nothing traces lines yet")]
-mod arrangement;
+pub(crate) mod arrangement;
 pub(crate) mod coarse;
 mod corner_groups;
-#[allow(dead_code, clippy::allow_attributes, reason = "nothing traces lines yet")]
-mod grid;
+pub(crate) mod grid;
+mod quartering;
+mod skeleton;
 mod subdivide;
-#[allow(dead_code, clippy::allow_attributes, reason = "nothing traces lines yet")]
+mod tessellation;
 mod triangulation;
 
 use glam::DVec3;
@@ -29,6 +29,9 @@ use crate::scene::world::World;
 use crate::visibility::Receiver;
 
 pub(crate) use anchor::{Corner, anchored};
+pub(crate) use quartering::Quartering;
+pub(crate) use skeleton::{Cutting, tessellate};
+pub(crate) use tessellation::{Tessellation, Tile};
 
 /// Which side of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +69,8 @@ pub(crate) struct Sample {
 /// Length of the step from a sample into its elements, relative to their size. A point exactly on a touching wall
 /// sees 0 of it, where the limit is one half; a step s replaces the limit by a value that is wrong by about s times
 /// the relative change of light over the element. It must stay well above the kernel's coplanarity tolerance (1e-12
-/// of the wall), also for elements a thousand times smaller than the wall.
+/// of the wall), also for elements a thousand times smaller than the wall, and above the rounding of lines to the grid
+/// of a face: with 1e-8 samples beside a contact landed on its other side.
 const ONE_SIDED_STEP: f64 = 1e-6;
 
 impl Sample {
@@ -88,6 +92,8 @@ pub(crate) struct Element {
     /// Children are numbered one after the other: at corners 0, 1, 2, then in the middle.
     pub(crate) first_child: Option<ElementId>,
     pub(crate) level: u8,
+    /// m².
+    pub(crate) area: f64,
 }
 
 impl Element {
@@ -105,9 +111,18 @@ pub(crate) fn edge_key<T: Ord>(a: T, b: T) -> (T, T) {
     if a < b { (a, b) } else { (b, a) }
 }
 
-/// The element hierarchy of a whole scene.
-#[derive(Debug, Default)]
+/// Where a root of the hierarchy lies on its face.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Root {
+    pub(crate) face: FaceId,
+    /// Barycentric coordinates of its corners.
+    pub(crate) places: [DVec3; 3],
+}
+
+/// The element hierarchy of a whole scene. Its roots are the first elements, in the order of their faces.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Mesh {
+    pub(crate) roots: Vec<Root>,
     pub(crate) elements: Vec<Element>,
     pub(crate) vertices: Vec<Vertex>,
     pub(crate) samples: Vec<Sample>,
@@ -123,19 +138,36 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// One root element per face; element and face have the same index.
     pub(crate) fn new(world: &World) -> Self {
-        let mut mesh = Self {
-            vertices: world.vertices.iter().map(|&position| Vertex { position, parents: None }).collect(),
-            ..Self::default()
-        };
         let (samples, corner_samples) = corner_groups::group_corners(world);
-        mesh.samples = samples;
+        let mut mesh = Self::without_roots(&world.vertices, samples);
         for (index, (face, samples)) in world.faces.iter().zip(corner_samples).enumerate() {
             let vertices = face.vertices.map(|v| VertexId::new(v as usize));
-            mesh.push(Element { face: FaceId::new(index), vertices, samples, first_child: None, level: 0 });
+            let root = Root { face: FaceId::new(index), places: [DVec3::X, DVec3::Y, DVec3::Z] };
+            mesh.push_root(root, vertices, samples, face.area);
         }
-        mesh.leaves = mesh.elements.len();
-        mesh.triangles = mesh.leaves;
         mesh
+    }
+
+    /// One root element per tile of a tessellation that nothing has refined yet.
+    pub(crate) fn of_tiles(tessellation: &Tessellation) -> Self {
+        let mut mesh = Self::without_roots(&tessellation.positions, tessellation.samples.clone());
+        for tile in &tessellation.tiles {
+            let root = Root { face: tile.face, places: tile.points.map(grid::GridPoint::barycentric) };
+            mesh.push_root(root, tile.vertices, tile.samples, tessellation.area(tile));
+        }
+        mesh
+    }
+
+    fn without_roots(positions: &[DVec3], samples: Vec<Sample>) -> Self {
+        let vertices = positions.iter().map(|&position| Vertex { position, parents: None }).collect();
+        Self { vertices, samples, ..Self::default() }
+    }
+
+    fn push_root(&mut self, root: Root, vertices: [VertexId; 3], samples: [SampleId; 3], area: f64) {
+        self.push(Element { face: root.face, vertices, samples, first_child: None, level: 0, area });
+        self.roots.push(root);
+        self.leaves += 1;
+        self.triangles += 1;
     }
 
     pub(crate) fn element(&self, id: ElementId) -> &Element {
@@ -168,9 +200,4 @@ impl Mesh {
         self.elements.push(element);
         id
     }
-}
-
-/// Area of an element, m²: its face's, quartered at each level.
-pub(crate) fn area(element: &Element, world: &World) -> f64 {
-    world.faces[element.face.index()].area * 0.25_f64.powi(i32::from(element.level))
 }

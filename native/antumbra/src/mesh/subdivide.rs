@@ -55,6 +55,7 @@ impl Mesh {
             samples,
             first_child: None,
             level: parent.level + 1,
+            area: 0.25 * parent.area,
         };
         let first = self.push(child([a, ab, ca], [sa, sab, sca]));
         self.push(child([ab, b, bc], [sab, sb, sbc]));

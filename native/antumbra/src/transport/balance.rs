@@ -10,15 +10,6 @@ use crate::transport::sources::{PatchId, SourceId, Sources};
 /// a few first bounces do not tell where the last ones go.
 const MOST_CLOSING: f64 = 2.0;
 
-/// What is assumed of light that was not shot yet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Landing {
-    /// It lands like the light before it.
-    AsBefore,
-    /// So does reflected light; but all emission lands, since the back of a lamp says nothing about its front.
-    AllEmission,
-}
-
 /// The power balance of a solution by shooting, per colour channel.
 #[derive(Debug, Clone)]
 pub(crate) struct Balance {
@@ -33,29 +24,26 @@ pub(crate) struct Balance {
 }
 
 impl Balance {
-    /// All emission is unshot.
-    pub(crate) fn new(sources: &Sources) -> Self {
+    /// The emitters have shot; what they brought is unshot reflected light.
+    ///
+    /// `emitted`: their power, W. `direct`: mean irradiance of every patch, front and back, W/m².
+    pub(crate) fn new(sources: &Sources, emitted: DVec3, direct: Vec<[DVec3; 2]>) -> Self {
         let mut unshot = vec![DVec3::ZERO; sources.len()];
-        for (unshot, emitter) in unshot.iter_mut().zip(&sources.emitters) {
-            *unshot = emitter.exitance;
+        let mut landed = DVec3::ZERO;
+        for (index, (irradiance, patch)) in direct.iter().zip(&sources.patches).enumerate() {
+            for side in Side::BOTH {
+                let irradiance = irradiance[side as usize];
+                landed += irradiance * patch.polygon.area();
+                unshot[Sources::of_patch(PatchId::new(index), side).index()] = patch.reflectance * irradiance;
+            }
         }
-        Self {
-            unshot,
-            patch_irradiance: vec![[DVec3::ZERO; 2]; sources.patches.len()],
-            shot: DVec3::ZERO,
-            landed: DVec3::ZERO,
-            landed_indirect: DVec3::ZERO,
-        }
+        Self { unshot, patch_irradiance: direct, shot: emitted, landed, landed_indirect: DVec3::ZERO }
     }
 
     /// The source with the most unshot power; none when none has any.
-    pub(crate) fn strongest(
-        &self,
-        sources: &Sources,
-        among: impl Iterator<Item = SourceId>,
-    ) -> Option<SourceId> {
+    pub(crate) fn strongest(&self, sources: &Sources) -> Option<SourceId> {
         let mut strongest = (0.0, None);
-        for source in among {
+        for source in SourceId::range(0..sources.len()) {
             let power = self.unshot[source.index()].abs().element_sum() * sources.area(source);
             if power > strongest.0 {
                 strongest = (power, Some(source));
@@ -81,27 +69,25 @@ impl Balance {
                 if mean != 0.0 {
                     self.patch_irradiance[index][side as usize] += mean * radiosity;
                     landed += mean * patch.polygon.area() * radiosity;
-                    let reflected = sources.of_patch(PatchId::new(index), side);
+                    let reflected = Sources::of_patch(PatchId::new(index), side);
                     self.unshot[reflected.index()] += patch.reflectance * mean * radiosity;
                 }
             }
         }
         self.landed += landed;
-        if !sources.is_emitter(source) {
-            self.landed_indirect += landed;
-        }
+        self.landed_indirect += landed;
     }
 
     /// Share of all light that has not arrived yet: 1 at first, towards 0.
     pub(crate) fn remaining(&self, sources: &Sources) -> f64 {
-        let future = self.future(sources, Landing::AllEmission).abs().element_sum();
+        let future = self.future(sources).abs().element_sum();
         if future == 0.0 { 0.0 } else { future / (future + self.landed.abs().element_sum()) }
     }
 
     /// What the indirect light must be scaled by to hold the light that was never shot, as if it went where the
     /// indirect light so far went.
     pub(crate) fn closing_factor(&self, sources: &Sources) -> DVec3 {
-        let (future, landed) = (self.future(sources, Landing::AsBefore), self.landed_indirect);
+        let (future, landed) = (self.future(sources), self.landed_indirect);
         let channel = |k: usize| {
             if landed[k] > 0.0 { (1.0 + future[k] / landed[k]).clamp(1.0, MOST_CLOSING) } else { 1.0 }
         };
@@ -119,7 +105,7 @@ impl Balance {
                 area += patch.polygon.area();
             }
         }
-        let future = self.future(sources, Landing::AsBefore);
+        let future = self.future(sources);
         let growth = |k: usize| if self.landed[k] > 0.0 { 1.0 + future[k] / self.landed[k] } else { 1.0 };
         let mean = reflected * DVec3::new(growth(0), growth(1), growth(2)) / area;
         if area > 0.0 { mean.element_sum() / 3.0 } else { 0.0 }
@@ -137,17 +123,10 @@ impl Balance {
 
     /// Power that will still arrive, counting all bounces: what is unshot lands like what was shot, and is reflected
     /// by what it lands on.
-    fn future(&self, sources: &Sources, landing: Landing) -> DVec3 {
-        let (mut emitted, mut unshot) = (DVec3::ZERO, DVec3::ZERO);
-        for (index, radiosity) in self.unshot.iter().enumerate() {
-            let source = SourceId::new(index);
-            let power = *radiosity * sources.area(source);
-            if landing == Landing::AllEmission && sources.is_emitter(source) {
-                emitted += power;
-            } else {
-                unshot += power;
-            }
-        }
+    fn future(&self, sources: &Sources) -> DVec3 {
+        let unshot: DVec3 = (self.unshot.iter().enumerate())
+            .map(|(index, radiosity)| *radiosity * sources.area(SourceId::new(index)))
+            .sum();
         let (mut reflected, mut arrived) = (DVec3::ZERO, DVec3::ZERO);
         for (irradiance, patch) in self.patch_irradiance.iter().zip(&sources.patches) {
             let power = (irradiance[0] + irradiance[1]) * patch.polygon.area();
@@ -160,7 +139,7 @@ impl Balance {
             let reflectance =
                 if arrived[k] == 0.0 { 0.0 } else { (reflected[k] / arrived[k]).clamp(0.0, 1.0) };
             // A closed white room never gets dark; its factor is bounded like its reflectance by rounding.
-            (emitted[k] + unshot[k] * landing) / (1.0 - reflectance * landing).max(1e-9)
+            unshot[k] * landing / (1.0 - reflectance * landing).max(1e-9)
         };
         DVec3::new(channel(0), channel(1), channel(2))
     }

@@ -1,9 +1,10 @@
-//! Light between surfaces: progressive refinement (Cohen, Chen, Wallace, Greenberg 1988; the paper, §1 and §2.1).
+//! Light between surfaces.
 
 pub(crate) mod balance;
-pub(crate) mod column;
 pub(crate) mod form_factors;
+pub(crate) mod gather;
+mod overlay;
 mod patches;
-mod sample_light;
 pub(crate) mod shooting;
+pub(crate) mod source_tree;
 pub(crate) mod sources;

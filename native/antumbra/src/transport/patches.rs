@@ -6,9 +6,12 @@
 
 use glam::DVec3;
 
-use crate::index::{ElementId, SampleId};
-use crate::mesh::{Mesh, area};
+use crate::display::Display;
+use crate::error::Error;
+use crate::index::ElementId;
+use crate::mesh::Mesh;
 use crate::scene::world::World;
+use crate::transport::overlay::{Received, spread};
 
 /// Difference of radiosity within a patch of the automatic size, relative to the mean radiosity of the scene, that is
 /// still sent as one. Nearby surfaces see such a patch at a quarter of their hemisphere or less, with errors of both
@@ -18,73 +21,116 @@ const MOST_SPREAD: f64 = 0.25;
 /// Times that a patch may be quartered for its light: enough for a lamp that touches a wall.
 const MOST_QUARTERED: u32 = 3;
 
-/// Quarters patches until none is lit too unevenly for its size.
-///
-/// `irradiance`: per sample, front and back, W/m². `mean_radiosity`: W/m². `patch_size`: edge of a patch that may
-/// spread by [`MOST_SPREAD`] of the mean, metres; smaller ones may spread more. `triangle_limit`: triangles of the mesh
-/// from which on it is not subdivided any more.
-pub(crate) fn fit_to_light(
-    mesh: &mut Mesh,
+/// Which patches may be cut, and how far.
+pub(crate) struct Fit {
+    /// W/m²: the mean radiosity of the scene.
+    pub(crate) mean_radiosity: f64,
+    /// Edge of a patch that may spread by a quarter of the mean, metres; smaller ones may spread more.
+    pub(crate) patch_size: f64,
+    /// Triangles of the mesh from which on it is not subdivided any more.
+    pub(crate) triangle_limit: usize,
+}
+
+impl Fit {
+    /// Quarters patches until none is lit too unevenly for its size; in order.
+    ///
+    /// `light_new_samples`: makes the direct light known on samples that subdivision has made.
+    ///
+    /// # Errors
+    /// Those of `light_new_samples`.
+    pub(crate) fn cut(
+        &self,
+        mesh: &mut Mesh,
+        world: &World,
+        display: Option<&Display>,
+        direct: &mut Vec<[DVec3; 2]>,
+        patches: &[ElementId],
+        mut light_new_samples: impl FnMut(&Mesh, &mut Vec<[DVec3; 2]>) -> Result<(), Error>,
+    ) -> Result<Vec<ElementId>, Error> {
+        let allowed = MOST_SPREAD * self.mean_radiosity * self.patch_size;
+        let mut fitting: Vec<(ElementId, bool)> = patches.iter().map(|&element| (element, true)).collect();
+        for _ in 0..MOST_QUARTERED {
+            let open = fitting.iter().filter(|(_, open)| *open).map(|(element, _)| *element);
+            let received = match display {
+                Some(display) => received(mesh, world, display, open),
+                None => vec![None; mesh.elements.len()],
+            };
+            let mut next = Vec::with_capacity(fitting.len());
+            let mut cut = false;
+            for (id, open) in fitting {
+                let element = mesh.element(id);
+                let full = element.is_leaf() && mesh.triangles >= self.triangle_limit;
+                let reflectance = DVec3::from_array(world.material(element.face).reflectance_rgb);
+                let size = element.area.sqrt();
+                let fits = |spread: DVec3| (reflectance * spread).max_element() * size <= allowed;
+                if !open || full || spreads(mesh, id, received[id.index()], direct).into_iter().all(fits) {
+                    next.push((id, false));
+                    continue;
+                }
+                mesh.subdivide(id, &mut Vec::new());
+                let children =
+                    mesh.element(id).children().expect("it was just subdivided; this is a bug in antumbra");
+                next.extend(children.map(|child| (child, true)));
+                cut = true;
+            }
+            fitting = next;
+            light_new_samples(mesh, direct)?;
+            if !cut {
+                break;
+            }
+        }
+        Ok(fitting.into_iter().map(|(element, _)| element).collect())
+    }
+}
+
+/// How much the direct light varies over an element: front, then back, W/m².
+fn spreads(mesh: &Mesh, id: ElementId, received: Option<Received>, direct: &[[DVec3; 2]]) -> [DVec3; 2] {
+    let corners = mesh.element(id).samples.map(|s| direct[s.index()]);
+    let mut spreads: [DVec3; 2] = std::array::from_fn(|side| {
+        let [a, b, c] = corners.map(|corner| corner[side]);
+        a.max(b).max(c) - a.min(b).min(c)
+    });
+    if let Some(received) = received.filter(|received| received.least.is_finite()) {
+        spreads[0] = received.most - received.least;
+    }
+    spreads
+}
+
+/// Mean direct light of every patch element, front and back, W/m²: from the display mesh where there is one, which
+/// knows the shadows, otherwise from the element's corners.
+pub(crate) fn direct_means(
+    mesh: &Mesh,
     world: &World,
+    display: &Display,
+    direct: &[[DVec3; 2]],
     patches: &[ElementId],
-    irradiance: &[[DVec3; 2]],
-    mean_radiosity: f64,
-    patch_size: f64,
-    triangle_limit: usize,
-) -> Vec<ElementId> {
-    let allowed = MOST_SPREAD * mean_radiosity * patch_size;
-    let mut fitting = Vec::with_capacity(patches.len());
-    // In reverse, so that patches leave the stack in their own order.
-    let mut open: Vec<(ElementId, u32)> = patches.iter().rev().map(|&element| (element, 0)).collect();
-    while let Some((id, quartered)) = open.pop() {
-        let element = mesh.element(id);
-        let reflectance = DVec3::from_array(world.material(element.face).reflectance_rgb);
-        let size = area(element, world).sqrt();
-        let (least, most) = range(mesh, id, irradiance);
-        let spread =
-            (0..2).map(|side| (reflectance * (most[side] - least[side])).max_element()).fold(0.0, f64::max);
-        let full = element.is_leaf() && mesh.triangles >= triangle_limit;
-        if quartered == MOST_QUARTERED || spread * size <= allowed || full {
-            fitting.push(id);
-            continue;
-        }
-        mesh.subdivide(id, &mut Vec::new());
-        let children =
-            mesh.element(id).children().expect("it was just subdivided; this is a bug in antumbra");
-        open.extend(children.iter().rev().map(|&child| (child, quartered + 1)));
-    }
-    fitting
+) -> Vec<[DVec3; 2]> {
+    let received = received(mesh, world, display, patches.iter().copied());
+    (patches.iter())
+        .map(|&id| {
+            let [a, b, c] = mesh.element(id).samples.map(|s| direct[s.index()]);
+            let mut means: [DVec3; 2] = std::array::from_fn(|side| (a[side] + b[side] + c[side]) / 3.0);
+            if let Some(received) = received[id.index()].filter(|received| received.least.is_finite()) {
+                means[0] = received.mean;
+            }
+            means
+        })
+        .collect()
 }
 
-/// The least and the most irradiance on each side of an element, over all samples in it.
-fn range(mesh: &Mesh, id: ElementId, irradiance: &[[DVec3; 2]]) -> ([DVec3; 2], [DVec3; 2]) {
-    let at = |sample: SampleId| interpolated(mesh, sample, irradiance);
-    let element = mesh.element(id);
-    let (mut least, mut most) = ([DVec3::INFINITY; 2], [DVec3::NEG_INFINITY; 2]);
-    let mut include = |low: [DVec3; 2], high: [DVec3; 2]| {
-        for side in 0..2 {
-            least[side] = least[side].min(low[side]);
-            most[side] = most[side].max(high[side]);
+/// What the display mesh brings to the given elements; nothing for those that are not displayed.
+fn received(
+    mesh: &Mesh,
+    world: &World,
+    display: &Display,
+    elements: impl Iterator<Item = ElementId>,
+) -> Vec<Option<Received>> {
+    let mut received = vec![None; mesh.elements.len()];
+    for id in elements {
+        if world.receives(mesh.element(id).face) {
+            received[id.index()] = Some(Received::NOTHING);
         }
-    };
-    for sample in element.samples {
-        include(at(sample), at(sample));
     }
-    for child in element.children().into_iter().flatten() {
-        let (low, high) = range(mesh, child, irradiance);
-        include(low, high);
-    }
-    (least, most)
-}
-
-/// The light of a sample, or of its parents where it was made after the light was known.
-fn interpolated(mesh: &Mesh, sample: SampleId, irradiance: &[[DVec3; 2]]) -> [DVec3; 2] {
-    match (irradiance.get(sample.index()), mesh.sample(sample).parents) {
-        (Some(&known), _) => known,
-        (None, Some([a, b])) => {
-            let [a, b] = [a, b].map(|parent| interpolated(mesh, parent, irradiance));
-            [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-        }
-        (None, None) => [DVec3::ZERO; 2],
-    }
+    display.for_each_direct(|face, places, values| spread(mesh, face, places, values, &mut received));
+    received
 }

@@ -1,7 +1,7 @@
 //! Who sends light: emitting surfaces, area lights, and patches that reflect what they received (the paper, §2.1).
 //!
-//! Emission is constant over its surface, so an emitter is sent whole. Reflected light is sent per patch, the mean
-//! over the patch's elements; the two sides of a patch are two sources.
+//! Emission is constant over its surface, so an emitter is sent whole. Reflected light is sent per patch, its mean over
+//! the patch; the two sides of a patch are two sources.
 
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -10,21 +10,14 @@ use crate::index::{ElementId, FaceId, VertexId, typed_index};
 use crate::mesh::{Mesh, Side};
 use crate::scene::quads::{Half, Merged, merge};
 use crate::scene::world::{Face, World};
+use crate::transport::source_tree::{LitPolygon, SourceTree};
 use crate::visibility::ConvexPolygon;
 
 typed_index! {
-    /// An emitter or one side of a patch.
+    /// One side of a patch.
     SourceId,
     /// A polygon whose elements send together.
     PatchId,
-}
-
-/// A polygon that emits from the side its normal points to.
-#[derive(Debug, Clone)]
-pub(crate) struct Emitter {
-    pub(crate) polygon: ConvexPolygon,
-    /// W/m².
-    pub(crate) exitance: DVec3,
 }
 
 /// One or two elements that send what they reflect as one polygon.
@@ -36,19 +29,27 @@ pub(crate) struct Patch {
     pub(crate) receives: bool,
 }
 
-/// All sources of a scene: first the emitters, then two sides of every patch.
+/// What emits: faces and area lights.
 #[derive(Debug)]
-pub(crate) struct Sources {
-    pub(crate) emitters: Vec<Emitter>,
-    pub(crate) patches: Vec<Patch>,
+pub(crate) struct Emitters {
+    /// Each emits from the side of its normal; an emitting face is there twice.
+    pub(crate) polygons: Vec<LitPolygon>,
+    /// The same for those who gather.
+    pub(crate) tree: SourceTree,
     /// Emitting faces and area lights, before their two sides were told apart.
     pub(crate) lights: usize,
 }
 
-impl Sources {
-    /// Collects the emitters of the scene and makes patches of the given elements.
-    pub(crate) fn new(world: &World, mesh: &Mesh, patch_elements: &[ElementId]) -> Self {
-        let mut emitters = Vec::new();
+/// Everything that reflects: two sides of every patch.
+#[derive(Debug)]
+pub(crate) struct Sources {
+    pub(crate) patches: Vec<Patch>,
+}
+
+impl Emitters {
+    /// Collects the emitters of the scene.
+    pub(crate) fn new(world: &World) -> Self {
+        let mut polygons = Vec::new();
         let mut lights = 0;
         let emitting: Vec<Half> = (world.faces.iter())
             .filter(|face| exitance(world, face) != DVec3::ZERO)
@@ -56,50 +57,52 @@ impl Sources {
             .collect();
         for merged in merge(&emitting) {
             let material = (emitting[merged.halves[0]].key >> 32) as usize;
-            let exitance = DVec3::from_array(world.materials[material].exitance_rgb);
-            emitters.push(Emitter { polygon: merged.polygon.flipped(), exitance });
-            emitters.push(Emitter { polygon: merged.polygon, exitance });
+            let radiosity = DVec3::from_array(world.materials[material].exitance_rgb);
+            polygons.push(LitPolygon { polygon: merged.polygon.flipped(), radiosity });
+            polygons.push(LitPolygon { polygon: merged.polygon, radiosity });
             lights += 1;
         }
         for light in &world.lights {
             if let Some(polygon) = ConvexPolygon::new(&light.outline) {
-                emitters.push(Emitter { polygon, exitance: DVec3::from_array(light.exitance_rgb) });
+                polygons.push(LitPolygon { polygon, radiosity: DVec3::from_array(light.exitance_rgb) });
                 lights += 1;
             }
         }
+        Self { tree: SourceTree::flat(&polygons), polygons, lights }
+    }
+
+    /// Power that is emitted, W.
+    pub(crate) fn power(&self) -> DVec3 {
+        self.polygons.iter().map(|lit| lit.radiosity * lit.polygon.area()).sum()
+    }
+}
+
+impl Sources {
+    /// Makes patches of the given elements, pairing them where two are one quadrilateral.
+    pub(crate) fn new(world: &World, mesh: &Mesh, patch_elements: &[ElementId]) -> Self {
         let halves: Vec<Half> = patch_elements.iter().map(|&e| element_half(world, mesh, e)).collect();
         let patches =
             merge(&halves).into_iter().map(|merged| patch(world, mesh, patch_elements, merged)).collect();
-        Self { emitters, patches, lights }
+        Self { patches }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.emitters.len() + 2 * self.patches.len()
+        2 * self.patches.len()
     }
 
     /// The source that a side of a patch is.
-    pub(crate) fn of_patch(&self, patch: PatchId, side: Side) -> SourceId {
-        SourceId::new(self.emitters.len() + 2 * patch.index() + usize::from(side == Side::Back))
+    pub(crate) fn of_patch(patch: PatchId, side: Side) -> SourceId {
+        SourceId::new(2 * patch.index() + usize::from(side == Side::Back))
     }
 
     /// The polygon that sends, its normal on the sending side.
     pub(crate) fn polygon(&self, source: SourceId) -> ConvexPolygon {
-        match source.index().checked_sub(self.emitters.len()) {
-            None => self.emitters[source.index()].polygon.clone(),
-            Some(i) if i % 2 == 0 => self.patches[i / 2].polygon.clone(),
-            Some(i) => self.patches[i / 2].polygon.flipped(),
-        }
-    }
-
-    pub(crate) fn is_emitter(&self, source: SourceId) -> bool {
-        source.index() < self.emitters.len()
+        let patch = &self.patches[source.index() / 2];
+        if source.index().is_multiple_of(2) { patch.polygon.clone() } else { patch.polygon.flipped() }
     }
 
     pub(crate) fn area(&self, source: SourceId) -> f64 {
-        match source.index().checked_sub(self.emitters.len()) {
-            None => self.emitters[source.index()].polygon.area(),
-            Some(i) => self.patches[i / 2].polygon.area(),
-        }
+        self.patches[source.index() / 2].polygon.area()
     }
 }
 
@@ -124,7 +127,9 @@ fn front_half(world: &World, face: &Face) -> Half {
 
 fn element_half(world: &World, mesh: &Mesh, id: ElementId) -> Half {
     let element = mesh.element(id);
-    half(&world.faces[element.face.index()], element.vertices, mesh.positions(element))
+    // Where a contact lies between two elements they share vertices, but no samples, and must not become one patch.
+    let samples = element.samples.map(|sample| VertexId::new(sample.index()));
+    half(&world.faces[element.face.index()], samples, mesh.positions(element))
 }
 
 fn half(face: &Face, vertices: [VertexId; 3], positions: [DVec3; 3]) -> Half {

@@ -88,6 +88,40 @@ impl Blockers {
         Ok(())
     }
 
+    /// Collects the polygons near a box, in ascending order.
+    pub(crate) fn touching(&self, low: DVec3, high: DVec3, margin: f64, found: &mut Vec<u32>) {
+        found.clear();
+        let Some(tree) = &self.tree else { return };
+        let (low, high) = (low - margin, high + margin);
+        let mut stack = smallvec::SmallVec::<[u32; 96]>::new();
+        stack.push(0);
+        while let Some(index) = stack.pop() {
+            let node = &tree.nodes[index as usize];
+            let apart =
+                node.aabb.min.as_dvec3().cmpgt(high).any() || node.aabb.max.as_dvec3().cmplt(low).any();
+            if apart {
+                continue;
+            }
+            if !node.is_leaf() {
+                stack.push(node.first_index);
+                stack.push(node.first_index + 1);
+                continue;
+            }
+            let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+            let near = |&polygon: &u32| {
+                self.polygons.get(polygon as usize).is_some_and(|polygon| {
+                    let vertices = polygon.vertices();
+                    (0..3).all(|axis| {
+                        vertices.iter().any(|v| v[axis] >= low[axis])
+                            && vertices.iter().any(|v| v[axis] <= high[axis])
+                    })
+                })
+            };
+            found.extend(tree.primitive_indices[range].iter().copied().filter(near));
+        }
+        found.sort_unstable();
+    }
+
     /// Whether any polygon crosses the open segment between two points.
     pub(crate) fn blocks_segment(&self, from: DVec3, to: DVec3) -> bool {
         let Some(tree) = &self.tree else { return false };

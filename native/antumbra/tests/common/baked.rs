@@ -106,8 +106,14 @@ fn assert_parts_of_source(source: &ObjectInput, mesh: &BakedMesh) {
         assert!(parallel >= 0.0, "triangle {t} is wound backwards");
     }
     for (t, &sum) in areas.iter().enumerate() {
-        let whole = area(source_corners(t as u32));
-        assert!((sum - whole).abs() <= 1e-9 * whole, "parts of triangle {t} have {sum} m² of {whole} m²");
+        let [a, b, c] = source_corners(t as u32);
+        let whole = area([a, b, c]);
+        // Rounding of positions moves the border of a sliver by much of its width.
+        let rounding = 4.0 * f64::EPSILON * size * (a.distance(b) + b.distance(c) + c.distance(a));
+        assert!(
+            (sum - whole).abs() <= 1e-9 * whole + rounding,
+            "parts of triangle {t} have {sum} m² of {whole} m²"
+        );
     }
 }
 

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its part of this")]
 
 pub(crate) mod baked;
+pub(crate) mod lines;
 pub(crate) mod scene;
 pub(crate) mod shape;
 

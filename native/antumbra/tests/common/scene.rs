@@ -88,6 +88,11 @@ pub(crate) fn adaptive() -> Settings {
     Settings::default()
 }
 
+/// The default settings of a method; uniform meshes choose their own size.
+pub(crate) fn by(method: Method) -> Settings {
+    Settings { method, ..Settings::default() }
+}
+
 /// A uniform mesh with edges of at most this length, metres.
 pub(crate) fn uniform(element_size: f64) -> Settings {
     Settings { method: Method::Uniform, element_size, ..Settings::default() }

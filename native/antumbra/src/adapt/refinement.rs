@@ -1,0 +1,437 @@
+//! Refinement that follows the estimated error: which elements, how far, and when it is enough.
+//!
+//! The paper (§2.2, §3.2) refines where values at the vertices differ by more than a threshold. Here the light in the
+//! middle of each edge is computed and compared with the mean of the edge's ends: a steady gradient costs nothing,
+//! since a linear element holds it exactly. Round by round, the elements with the largest errors are refined until
+//! the rms error over all baked surfaces is the wanted one; a fixed threshold would spend most vertices on edges of
+//! shadows too fine to matter. A computed middle becomes the new vertex's value, so no evaluation is wasted.
+//!
+//! How an element is refined is the mesh's affair: [`crate::mesh::Mesh`] quarters it (the paper, §2.2),
+//! [`crate::mesh::Tessellation`] bisects its worst edge and flips edges where that lowers the error.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use crate::error::Error;
+use crate::index::{ElementId, FaceId, SampleId};
+use crate::mesh::{Sample, Side, edge_key};
+use crate::monitor::Progress;
+use crate::scene::world::World;
+use crate::transport::gather::{Arrived, Gather, rms};
+use crate::visibility::{Receiver, unoccluded_form_factor};
+
+/// Where the light at the corners of an element differs by less than this, in wanted errors, unblocked light is even:
+/// its second difference is smaller still.
+pub(crate) const EVEN: f64 = 1.0;
+
+/// A shadow that no corner sees is looked for only where it could make at least this share of the squared error that
+/// is allowed over all surfaces. A scene of a hundred thousand small triangles would otherwise spend its time on
+/// shadows smaller than they are; missing one costs a thirtieth of the wanted error at most.
+pub(crate) const WORTH_SEARCHING: f64 = 1e-3;
+
+/// Elements whose corners' differences could not make this share of the allowed squared error are left alone: even a
+/// hundred thousand of them together stay below it.
+const WORTH_TESTING: f64 = 1e-6;
+
+/// A deviation counts when its square is above this many variances of the rays at the middle: three standard errors
+/// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
+const CERTAIN: f64 = 13.5;
+
+/// In one round, elements with at least this share of the largest squared error are refined. More at once would
+/// refine what the next round finds good enough; fewer cost a round of bookkeeping each.
+const ROUND: f64 = 0.125;
+
+/// A centroid is looked at where the light's differences at the corners, if they were an error, would make this share
+/// of the allowed squared error: a bulge is a fraction of them. One more evaluation for every one and a half.
+const WORTH_A_CENTROID: f64 = 1e-3;
+
+/// Passes of flips in one round; each pass may make others worthwhile, ever fewer.
+const MOST_FLIPS: usize = 4;
+
+/// A flip must lower the error of its two elements at least to this share: no cycles, and no evaluations for nothing.
+const WORTH_FLIPPING: f64 = 0.9;
+
+/// What refinement has to know of a leaf.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Leaf {
+    pub(crate) face: FaceId,
+    pub(crate) samples: [SampleId; 3],
+    /// m².
+    pub(crate) area: f64,
+}
+
+impl Leaf {
+    /// Edge k joins corners k and k + 1; each edge by its two samples.
+    pub(crate) fn edges(&self) -> [(SampleId, SampleId); 3] {
+        std::array::from_fn(|k| edge_key(self.samples[k], self.samples[(k + 1) % 3]))
+    }
+}
+
+/// Two leaves whose common edge could join their other corners instead.
+#[derive(Debug, Clone)]
+pub(crate) struct Flip {
+    /// Leaves as they are, then as they would be.
+    pub(crate) now: [Leaf; 2],
+    pub(crate) then: [Leaf; 2],
+    pub(crate) elements: [ElementId; 2],
+    /// Where the centroids would be.
+    pub(crate) centroids: [Receiver; 2],
+    /// The edge that would be, and the sample in its middle.
+    pub(crate) edge: (SampleId, SampleId),
+    pub(crate) middle: Sample,
+}
+
+/// A mesh of triangles that can be refined.
+pub(crate) trait Refinable: Sync {
+    /// All samples; parents come before their children.
+    fn samples(&self) -> &[Sample];
+    /// All leaves, in order.
+    fn leaves(&self) -> Vec<ElementId>;
+    /// A leaf, or nothing when the element is one no longer.
+    fn leaf(&self, element: ElementId) -> Option<Leaf>;
+    /// Whether the element may be made finer.
+    fn may_refine(&self, element: ElementId) -> bool;
+    /// The sample in the middle of an edge of a leaf, made or not.
+    fn middle(&self, element: ElementId, edge: usize) -> Sample;
+    /// Where a leaf's centroid receives light.
+    fn centroid(&self, element: ElementId) -> Receiver;
+    /// Makes an element finer; `squared_deviations` tell how much each of its edges wants it. New leaves are appended.
+    fn refine(&mut self, element: ElementId, squared_deviations: [f64; 3], fresh: &mut Vec<ElementId>);
+    /// Share of an element's squared error that refining it once removes, about.
+    fn removes(&self) -> f64;
+    /// Triangles that refining one element adds, at least.
+    fn adds(&self) -> usize;
+    /// Triangles of the baked mesh.
+    fn triangles(&self) -> usize;
+    /// Edges of the given leaves that could be flipped.
+    fn flips(&self, _fresh: &[ElementId]) -> Vec<Flip> {
+        Vec::new()
+    }
+    /// Flips the edge between two leaves, unless they are leaves no longer. New leaves are appended.
+    fn flip(&mut self, _flip: &Flip, _fresh: &mut Vec<ElementId>) {}
+}
+
+/// What was found in the middle of an edge.
+#[derive(Debug, Clone, Copy)]
+struct Middle {
+    /// W/m².
+    irradiance: DVec3,
+    /// Irradiance beyond the mean of the edge's ends, W/m²; zero where it cannot be told from the noise of rays.
+    deviation: DVec3,
+}
+
+/// The light of one group of sources on a mesh's samples.
+#[derive(Debug, Default)]
+pub(crate) struct Layer {
+    /// Front irradiance per sample, W/m².
+    pub(crate) irradiance: Vec<DVec3>,
+    middles: FxHashMap<(SampleId, SampleId), Middle>,
+    /// At centroids: irradiance beyond what corners and middles of edges tell, W/m².
+    bulges: FxHashMap<ElementId, DVec3>,
+}
+
+impl Layer {
+    pub(crate) fn new(irradiance: Vec<DVec3>) -> Self {
+        Self { irradiance, ..Self::default() }
+    }
+
+    /// The light in the middle of an edge, where it was computed.
+    pub(crate) fn middle(&self, [a, b]: [SampleId; 2]) -> Option<DVec3> {
+        self.middles.get(&edge_key(a, b)).map(|middle| middle.irradiance)
+    }
+
+    /// Gives samples that were made since a value: the computed one, or the mean of their parents (the paper, §2.2).
+    pub(crate) fn extend(&mut self, samples: &[Sample]) {
+        for sample in &samples[self.irradiance.len()..] {
+            let parents =
+                sample.parents.expect("samples added by refinement have parents; this is a bug in antumbra");
+            let mean = || 0.5 * (self.irradiance[parents[0].index()] + self.irradiance[parents[1].index()]);
+            let value = self.middle(parents).unwrap_or_else(mean);
+            self.irradiance.push(value);
+        }
+    }
+
+    /// The light at a leaf's centroid beyond the quadratic; zero where it cannot be told from the noise of rays.
+    fn bulge(&self, leaf: &Leaf, arrived: &Arrived) -> DVec3 {
+        let corners: DVec3 = leaf.samples.iter().map(|s| self.irradiance[s.index()]).sum();
+        let deviations: DVec3 = leaf.edges().iter().map(|&edge| self.deviation(edge)).sum();
+        let bulge = arrived.irradiance - corners / 3.0 - deviations * (4.0 / 9.0);
+        if bulge.length_squared() > CERTAIN * arrived.variance { bulge } else { DVec3::ZERO }
+    }
+
+    fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
+        self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.deviation)
+    }
+}
+
+/// An element with the integral of its squared error, W²/m².
+struct Uneven {
+    element: ElementId,
+    squared_error: f64,
+}
+
+/// The refinement of a mesh for one group of sources.
+pub(crate) struct Refinement<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) gather: Gather<'a>,
+    /// Per material: the share of arriving light that is shown, per channel.
+    pub(crate) shown: &'a [DVec3],
+    /// The rms error that this group may leave, W/m².
+    pub(crate) wanted_error: f64,
+    /// The integral of the squared error that this group may leave over all baked surfaces, W²/m².
+    pub(crate) allowed: f64,
+    /// Triangles that the mesh may have.
+    pub(crate) triangle_budget: usize,
+    /// Whether shadows are looked for where all corners of an element are lit alike.
+    pub(crate) hidden_shadows: bool,
+    /// The part of the whole bake, 0 to 1, that this is.
+    pub(crate) progress: [f64; 2],
+}
+
+impl Refinement<'_> {
+    /// Refines the mesh until the estimated rms error over it is the wanted one.
+    ///
+    /// Returns whether the triangle budget held it back.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn refine(&self, mesh: &mut impl Refinable, layer: &mut Layer) -> Result<bool, Error> {
+        let mut pool: Vec<Uneven> = Vec::new();
+        let mut fresh = mesh.leaves();
+        let mut first_error = None;
+        while !(self.gather.ends)() {
+            self.compute_middles(mesh, layer, &fresh)?;
+            self.flip_edges(mesh, layer, &mut fresh)?;
+            self.compute_bulges(mesh, layer, &fresh)?;
+            pool.extend(fresh.drain(..).filter_map(|element| self.uneven(mesh, layer, element)));
+            pool.retain(|uneven| mesh.leaf(uneven.element).is_some());
+            pool.sort_unstable_by(|a, b| {
+                b.squared_error.total_cmp(&a.squared_error).then(a.element.cmp(&b.element))
+            });
+            let error = pool.iter().map(|uneven| uneven.squared_error).sum::<f64>();
+            self.report(error, *first_error.get_or_insert(error));
+            let excess = error - self.allowed;
+            let largest = pool.iter().find(|uneven| mesh.may_refine(uneven.element));
+            let Some(largest) = largest.map(|uneven| uneven.squared_error).filter(|_| excess > 0.0) else {
+                break;
+            };
+            let mut removed = 0.0;
+            for uneven in pool.iter().take_while(|uneven| uneven.squared_error >= ROUND * largest) {
+                if mesh.triangles() + mesh.adds() > self.triangle_budget {
+                    layer.extend(mesh.samples());
+                    return Ok(true);
+                }
+                if removed > excess {
+                    break;
+                }
+                // A neighbour may have refined it already.
+                let Some(leaf) = mesh.leaf(uneven.element).filter(|_| mesh.may_refine(uneven.element)) else {
+                    continue;
+                };
+                let deviations =
+                    leaf.edges().map(|edge| self.shown(&leaf, layer.deviation(edge)).length_squared());
+                mesh.refine(uneven.element, deviations, &mut fresh);
+                removed += mesh.removes() * uneven.squared_error;
+            }
+            layer.extend(mesh.samples());
+        }
+        Ok(false)
+    }
+
+    /// Moves the progress bar: the logarithm of the error falls about as fast as the work gets done.
+    fn report(&self, error: f64, first_error: f64) {
+        let [from, to] = self.progress;
+        let left = (error / self.allowed).max(1.0).ln() / (first_error / self.allowed).max(1.0).ln();
+        let done = if left.is_finite() { 1.0 - left.clamp(0.0, 1.0) } else { 1.0 };
+        let progress = self.gather.monitor.progress();
+        let fraction = progress.fraction.max(from + (to - from) * done);
+        self.gather.monitor.report(Progress { fraction, ..progress });
+    }
+
+    /// A leaf with its error, if it has one.
+    fn uneven(&self, mesh: &impl Refinable, layer: &Layer, element: ElementId) -> Option<Uneven> {
+        let leaf = mesh.leaf(element)?;
+        let bulge = layer.bulges.get(&element).copied().unwrap_or(DVec3::ZERO);
+        let squared_error = self.squared_error(&leaf, layer, bulge);
+        (squared_error > 0.0).then_some(Uneven { element, squared_error })
+    }
+
+    /// The integral over an element of the squared difference between the light, as far as it is known, and the linear
+    /// interpolant, as shown and averaged over the channels, W²/m².
+    ///
+    /// The light is known in the middles of the edges, where it deviates by d, and maybe at the centroid, where it
+    /// bulges by β beyond the quadratic. With barycentric coordinates l, the difference is the sum of `4 d l_i l_j`
+    /// over the edges and of `27 β l_1 l_2 l_3`; its square integrates to
+    /// A·(16/90 sum of `d_i d_j` over all unordered pairs, `i = j` included, + 81/280 β² + 12/35 β·`sum of d_i`).
+    fn squared_error(&self, leaf: &Leaf, layer: &Layer, bulge: DVec3) -> f64 {
+        let [d, e, f] = leaf.edges().map(|edge| self.shown(leaf, layer.deviation(edge)));
+        let bulge = self.shown(leaf, bulge);
+        let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
+        let squared =
+            16.0 / 90.0 * forms + 81.0 / 280.0 * bulge.dot(bulge) + 12.0 / 35.0 * bulge.dot(d + e + f);
+        leaf.area * squared / 3.0
+    }
+
+    /// Whether the group could light an element unevenly.
+    fn is_suspect(&self, mesh: &impl Refinable, layer: &Layer, leaf: &Leaf) -> bool {
+        let light = leaf.samples.map(|s| layer.irradiance[s.index()]);
+        let spread =
+            (0..3).map(|k| self.in_wanted_errors(leaf, light[k] - light[(k + 1) % 3])).fold(0.0, f64::max);
+        let share = |wanted: f64| (wanted * self.wanted_error).powi(2) * leaf.area / self.allowed;
+        if spread >= EVEN && share(spread) >= WORTH_TESTING {
+            return true;
+        }
+        // The light that comes to the brightest corner when nothing blocks it may miss all corners.
+        self.hidden_shadows && {
+            let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));
+            let brightest =
+                |polygon| receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max);
+            let most: DVec3 =
+                (self.gather.sources.roots()).map(|lit| brightest(&lit.polygon) * lit.radiosity).sum();
+            share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING
+        }
+    }
+
+    /// Computes the light in the middle of every edge of suspect leaves, each edge once.
+    fn compute_middles(
+        &self,
+        mesh: &impl Refinable,
+        layer: &mut Layer,
+        leaves: &[ElementId],
+    ) -> Result<(), Error> {
+        let mut wanted = Vec::new();
+        for &element in leaves {
+            let Some(leaf) = mesh.leaf(element).filter(|leaf| self.is_suspect(mesh, layer, leaf)) else {
+                continue;
+            };
+            for (k, edge) in leaf.edges().into_iter().enumerate() {
+                if !layer.middles.contains_key(&edge) {
+                    wanted.push((edge, mesh.middle(element, k)));
+                }
+            }
+        }
+        self.compute(layer, wanted)
+    }
+
+    fn compute(
+        &self,
+        layer: &mut Layer,
+        mut wanted: Vec<((SampleId, SampleId), Sample)>,
+    ) -> Result<(), Error> {
+        wanted.sort_by_key(|(edge, _)| *edge);
+        wanted.dedup_by_key(|(edge, _)| *edge);
+        let receivers: Vec<_> = wanted.iter().map(|(_, sample)| sample.receiver(Side::Front)).collect();
+        let seeds: Vec<u64> =
+            wanted.iter().map(|((a, b), _)| ((a.index() as u64) << 32) | b.index() as u64).collect();
+        let arrived = self.gather.at(&receivers, &seeds)?;
+        if (self.gather.ends)() {
+            // What was not computed must not pass for darkness.
+            return Ok(());
+        }
+        for ((edge, _), arrived) in wanted.into_iter().zip(arrived) {
+            let mean = 0.5 * (layer.irradiance[edge.0.index()] + layer.irradiance[edge.1.index()]);
+            let mut deviation = arrived.irradiance - mean;
+            if deviation.length_squared() <= CERTAIN * arrived.variance {
+                deviation = DVec3::ZERO;
+            }
+            layer.middles.insert(edge, Middle { irradiance: arrived.irradiance, deviation });
+        }
+        Ok(())
+    }
+
+    /// Computes the light at the centroids of leaves where it could hide an error that matters: three middles may lie
+    /// on the linear interpolant by chance, most of all where edges were flipped for it.
+    fn compute_bulges(
+        &self,
+        mesh: &impl Refinable,
+        layer: &mut Layer,
+        leaves: &[ElementId],
+    ) -> Result<(), Error> {
+        let wanted: Vec<(ElementId, Leaf)> = (leaves.iter())
+            .filter_map(|&element| Some((element, mesh.leaf(element)?)))
+            .filter(|(_, leaf)| {
+                let light = leaf.samples.map(|s| layer.irradiance[s.index()]);
+                let spread = (0..3).map(|k| self.shown(leaf, light[k] - light[(k + 1) % 3]).length_squared());
+                let known = leaf.edges().iter().all(|edge| layer.middles.contains_key(edge));
+                known && spread.fold(0.0, f64::max) * leaf.area / 3.0 >= WORTH_A_CENTROID * self.allowed
+            })
+            .collect();
+        let receivers: Vec<Receiver> = wanted.iter().map(|(element, _)| mesh.centroid(*element)).collect();
+        let seeds: Vec<u64> = wanted.iter().map(|(element, _)| element.index() as u64 | (1 << 63)).collect();
+        let arrived = self.gather.at(&receivers, &seeds)?;
+        if (self.gather.ends)() {
+            return Ok(());
+        }
+        for ((element, leaf), arrived) in wanted.into_iter().zip(arrived) {
+            let bulge = layer.bulge(&leaf, &arrived);
+            if bulge != DVec3::ZERO {
+                layer.bulges.insert(element, bulge);
+            }
+        }
+        Ok(())
+    }
+
+    /// Flips edges where that lowers the error of the two elements beside them (data-dependent triangulation; Dyn,
+    /// Levin, Rippa 1990), until none does.
+    fn flip_edges(
+        &self,
+        mesh: &mut impl Refinable,
+        layer: &mut Layer,
+        fresh: &mut Vec<ElementId>,
+    ) -> Result<(), Error> {
+        let mut open = fresh.clone();
+        for _ in 0..MOST_FLIPS {
+            let flips: Vec<Flip> = (mesh.flips(&open).into_iter())
+                .filter(|flip| flip.now.iter().any(|leaf| self.squared_error(leaf, layer, DVec3::ZERO) > 0.0))
+                .collect();
+            let unknown = flips.iter().filter(|flip| !layer.middles.contains_key(&flip.edge));
+            self.compute(layer, unknown.map(|flip| (flip.edge, flip.middle.clone())).collect())?;
+            let error = |leaves: &[Leaf; 2], bulges: [DVec3; 2]| -> f64 {
+                leaves.iter().zip(bulges).map(|(leaf, bulge)| self.squared_error(leaf, layer, bulge)).sum()
+            };
+            let promising: Vec<&Flip> = (flips.iter())
+                .filter(|flip| {
+                    let [now, then] = [&flip.now, &flip.then].map(|leaves| error(leaves, [DVec3::ZERO; 2]));
+                    layer.middles.contains_key(&flip.edge) && then < WORTH_FLIPPING * now
+                })
+                .collect();
+            // A middle may lie on the new edge by chance; the centroids tell.
+            let centroids: Vec<Receiver> = promising.iter().flat_map(|flip| flip.centroids).collect();
+            let seeds: Vec<u64> =
+                promising.iter().flat_map(|flip| flip.elements.map(|e| e.index() as u64)).collect();
+            let arrived = self.gather.at(&centroids, &seeds)?;
+            if (self.gather.ends)() {
+                break;
+            }
+            let mut chosen = Vec::new();
+            for (flip, arrived) in promising.into_iter().zip(arrived.chunks_exact(2)) {
+                let bulges = [0, 1].map(|k| layer.bulge(&flip.then[k], &arrived[k]));
+                if error(&flip.then, bulges) < WORTH_FLIPPING * error(&flip.now, [DVec3::ZERO; 2]) {
+                    chosen.push(flip);
+                }
+            }
+            open.clear();
+            for flip in chosen {
+                mesh.flip(flip, &mut open);
+            }
+            if open.is_empty() {
+                break;
+            }
+            // Flipped leaves join diagonals that were looked at before with edges that were not.
+            fresh.extend(&open);
+        }
+        fresh.retain(|&element| mesh.leaf(element).is_some());
+        Ok(())
+    }
+
+    /// What irradiance shows on a leaf, W/m².
+    fn shown(&self, leaf: &Leaf, irradiance: DVec3) -> DVec3 {
+        self.shown[self.world.faces[leaf.face.index()].material as usize] * irradiance
+    }
+
+    /// The rms over the channels of what irradiance shows on a leaf, in wanted errors. Where nothing is lit there is
+    /// nothing to refine for.
+    fn in_wanted_errors(&self, leaf: &Leaf, irradiance: DVec3) -> f64 {
+        if self.wanted_error > 0.0 { rms(self.shown(leaf, irradiance)) / self.wanted_error } else { 0.0 }
+    }
+}

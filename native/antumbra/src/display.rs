@@ -1,0 +1,198 @@
+//! The mesh that is shown, with the light on it: what the methods refine, each in its way.
+//!
+//! It is apart from the patches that exchange light (Lischinski, Tampieri, Greenberg 1993): its elements follow the
+//! shadows, theirs follow the faces. Direct and indirect light are two layers, since they are refined one after the
+//! other and only one of them has sharp shadows.
+
+use glam::DVec3;
+
+use crate::adapt::refinement::{Layer, Refinable, Refinement};
+use crate::error::Error;
+use crate::index::{ElementId, FaceId};
+use crate::mesh::{Corner, Quartering, Sample, Side, Tessellation, anchored};
+use crate::scene::world::World;
+use crate::transport::gather::{Gather, rms};
+
+/// How the mesh is refined.
+pub(crate) enum DisplayMesh<'a> {
+    /// Uniform meshes and adaptive subdivision.
+    Quartered(Quartering<'a>),
+    /// The discontinuity methods.
+    Tessellated(Tessellation<'a>),
+}
+
+/// The mesh that is shown, with its light.
+pub(crate) struct Display<'a> {
+    pub(crate) mesh: DisplayMesh<'a>,
+    direct: Layer,
+    indirect: Layer,
+}
+
+impl<'a> Display<'a> {
+    /// Gathers the emitters' light.
+    ///
+    /// `known`: direct irradiance of the first samples, W/m².
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn new(mesh: DisplayMesh<'a>, known: Vec<DVec3>, gather: &Gather) -> Result<Self, Error> {
+        let mut display = Self { mesh, direct: Layer::default(), indirect: Layer::default() };
+        let mut irradiance = known;
+        let samples = display.samples();
+        irradiance.truncate(samples.len());
+        let unknown: Vec<usize> = (irradiance.len()..samples.len()).collect();
+        irradiance.extend(gathered(gather, samples, &unknown)?);
+        display.direct = Layer::new(irradiance);
+        Ok(display)
+    }
+
+    /// Refines the mesh for the emitters' light. Returns whether the triangle budget held it back.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn refine_for_emitters(&mut self, refinement: &Refinement) -> Result<bool, Error> {
+        match &mut self.mesh {
+            DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.direct),
+            DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.direct),
+        }
+    }
+
+    /// Gathers the light of patches. A sample that was made for the emitters' sake gets the mean of its parents where
+    /// these are lit alike (the paper, §2.2 and §3.3: evenly lit regions are interpolated).
+    ///
+    /// `known`: indirect irradiance of the first samples, W/m². `even`: what counts as alike, W/m² of irradiance.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn light_indirectly(
+        &mut self,
+        known: Vec<DVec3>,
+        gather: &Gather,
+        even: f64,
+    ) -> Result<(), Error> {
+        let samples = self.samples();
+        let mut irradiance = known;
+        irradiance.truncate(samples.len());
+        let first = irradiance.len();
+        irradiance.resize(samples.len(), DVec3::ZERO);
+        let mut generation = vec![0_u32; samples.len()];
+        for (index, sample) in samples.iter().enumerate().skip(first) {
+            if let Some([a, b]) = sample.parents {
+                generation[index] = 1 + generation[a.index()].max(generation[b.index()]);
+            }
+        }
+        let last = generation.iter().copied().max().unwrap_or(0);
+        let mut by_generation = vec![Vec::new(); last as usize + 1];
+        (first..samples.len()).for_each(|index| by_generation[generation[index] as usize].push(index));
+        // Samples without parents have nothing to fall back on: they are waited for even when the time is up.
+        let patient = Gather { ends: &|| false, ..*gather };
+        for (generation, members) in by_generation.into_iter().enumerate() {
+            let mut uneven = Vec::new();
+            for index in members {
+                match samples[index].parents.map(|parents| parents.map(|p| irradiance[p.index()])) {
+                    Some([a, b]) if (gather.ends)() || rms(a - b) < even => irradiance[index] = 0.5 * (a + b),
+                    _ => uneven.push(index),
+                }
+            }
+            let gather = if generation == 0 { &patient } else { gather };
+            for (&index, value) in uneven.iter().zip(gathered(gather, samples, &uneven)?) {
+                irradiance[index] = value;
+            }
+        }
+        self.indirect = Layer::new(irradiance);
+        Ok(())
+    }
+
+    /// Refines the mesh for the light of patches. Returns whether the triangle budget held it back.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn refine_for_patches(&mut self, refinement: &Refinement) -> Result<bool, Error> {
+        let held_back = match &mut self.mesh {
+            DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.indirect),
+            DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.indirect),
+        }?;
+        let Self { mesh, direct, .. } = self;
+        direct.extend(samples_of(mesh));
+        Ok(held_back)
+    }
+
+    /// Direct irradiance of every displayed triangle: its face, its corners' barycentric coordinates there, W/m².
+    pub(crate) fn for_each_direct(&self, mut emit: impl FnMut(FaceId, [DVec3; 3], [DVec3; 3])) {
+        let at = |corner: &Corner| {
+            0.5 * (self.direct.irradiance[corner.samples[0].index()]
+                + self.direct.irradiance[corner.samples[1].index()])
+        };
+        for (face, corners) in self.triangles() {
+            emit(face, corners.each_ref().map(|c| c.barycentric), corners.each_ref().map(at));
+        }
+    }
+
+    /// All triangles of the mesh as it is shown, face by face.
+    pub(crate) fn triangles(&self) -> Vec<(FaceId, [Corner; 3])> {
+        let mut triangles = Vec::new();
+        match &self.mesh {
+            DisplayMesh::Quartered(Quartering { mesh, world, .. }) => {
+                for face in FaceId::range(0..world.faces.len()).filter(|&face| world.receives(face)) {
+                    anchored(mesh, ElementId::new(face.index()), |corners| triangles.push((face, corners)));
+                }
+            }
+            DisplayMesh::Tessellated(mesh) => {
+                let live = mesh.tiles.iter().filter(|tile| tile.live);
+                triangles.extend(live.map(|tile| (tile.face, Tessellation::corners(tile))));
+                triangles.sort_by_key(|(face, _)| *face);
+            }
+        }
+        triangles
+    }
+
+    /// All light on a sample's front, W/m², with the indirect light scaled per channel.
+    pub(crate) fn irradiance(&self, indirect_scale: DVec3) -> Vec<DVec3> {
+        let indirect = |index: usize| self.indirect.irradiance.get(index).copied().unwrap_or(DVec3::ZERO);
+        (self.direct.irradiance.iter().enumerate())
+            .map(|(index, direct)| *direct + indirect_scale * indirect(index))
+            .collect()
+    }
+
+    /// Leaves, and points of the mesh.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        match &self.mesh {
+            DisplayMesh::Quartered(Quartering { mesh, .. }) => [mesh.leaves, mesh.vertices.len()],
+            DisplayMesh::Tessellated(mesh) => [mesh.live, mesh.positions.len()],
+        }
+    }
+
+    /// Triangles of the mesh as it is shown.
+    pub(crate) fn triangle_count(&self) -> usize {
+        match &self.mesh {
+            DisplayMesh::Quartered(mesh) => mesh.triangles(),
+            DisplayMesh::Tessellated(mesh) => mesh.triangles(),
+        }
+    }
+
+    fn samples(&self) -> &[Sample] {
+        samples_of(&self.mesh)
+    }
+}
+
+fn samples_of<'m>(mesh: &'m DisplayMesh) -> &'m [Sample] {
+    match mesh {
+        DisplayMesh::Quartered(mesh) => mesh.samples(),
+        DisplayMesh::Tessellated(mesh) => mesh.samples(),
+    }
+}
+
+/// The light on the fronts of some samples.
+fn gathered(gather: &Gather, samples: &[Sample], wanted: &[usize]) -> Result<Vec<DVec3>, Error> {
+    let receivers: Vec<_> = wanted.iter().map(|&index| samples[index].receiver(Side::Front)).collect();
+    let seeds: Vec<u64> = wanted.iter().map(|&index| 2 * index as u64).collect();
+    Ok(gather.at(&receivers, &seeds)?.into_iter().map(|arrived| arrived.irradiance).collect())
+}
+
+/// Area of everything that is baked, m².
+pub(crate) fn baked_area(world: &World) -> f64 {
+    (world.faces.iter().enumerate())
+        .filter(|(index, _)| world.receives(FaceId::new(*index)))
+        .map(|(_, face)| face.area)
+        .sum()
+}

@@ -1,0 +1,122 @@
+//! Sources from coarse to fine: far away, many patches are as good as their mean (Hanrahan, Salzman, Aupperle 1991, for
+//! the way from patches to display samples).
+
+use glam::DVec3;
+
+use crate::mesh::{Mesh, Side};
+use crate::visibility::ConvexPolygon;
+
+/// A polygon and what it sends from the side of its normal.
+#[derive(Debug, Clone)]
+pub(crate) struct LitPolygon {
+    pub(crate) polygon: ConvexPolygon,
+    /// W/m².
+    pub(crate) radiosity: DVec3,
+}
+
+/// A source that may stand for its parts.
+#[derive(Debug)]
+pub(crate) struct Node {
+    pub(crate) lit: LitPolygon,
+    /// Largest difference between a part's radiosity and the node's, over the channels, W/m².
+    spread: f64,
+    /// Distance of the farthest corner from the centroid, metres.
+    radius: f64,
+    parts: Vec<u32>,
+}
+
+/// Sources and what they are parts of.
+#[derive(Debug, Default)]
+pub(crate) struct SourceTree {
+    nodes: Vec<Node>,
+    roots: Vec<u32>,
+}
+
+impl SourceTree {
+    /// Sources that are sent whole.
+    pub(crate) fn flat(sources: &[LitPolygon]) -> Self {
+        let mut tree = Self::default();
+        for lit in sources {
+            let root = tree.push(lit.clone(), 0.0, Vec::new());
+            tree.roots.push(root);
+        }
+        tree
+    }
+
+    /// Both sides of the elements of a hierarchy down to the patches.
+    ///
+    /// `radiosity`: per element and side, known for those that are patches, W/m².
+    pub(crate) fn of_patches(mesh: &Mesh, radiosity: &[Option<[DVec3; 2]>]) -> Self {
+        let mut tree = Self::default();
+        for root in 0..mesh.roots.len() {
+            for side in Side::BOTH {
+                let root = tree.add(mesh, root, side, radiosity);
+                tree.roots.extend(root);
+            }
+        }
+        tree
+    }
+
+    /// Adds a side of an element that sends light; none when nothing below it does.
+    fn add(&mut self, mesh: &Mesh, index: usize, side: Side, known: &[Option<[DVec3; 2]>]) -> Option<u32> {
+        let element = &mesh.elements[index];
+        let (radiosity, spread, parts) = if let Some(sides) = known[index] {
+            (sides[side as usize], 0.0, Vec::new())
+        } else {
+            let children = element.children()?.map(|child| self.add(mesh, child.index(), side, known));
+            let of = |part: Option<u32>| part.map_or(DVec3::ZERO, |p| self.nodes[p as usize].lit.radiosity);
+            let mean = children.into_iter().map(of).sum::<DVec3>() / 4.0;
+            let spread = children.into_iter().map(|part| {
+                let below = part.map_or(0.0, |p| self.nodes[p as usize].spread);
+                (of(part) - mean).abs().max_element() + below
+            });
+            (mean, spread.fold(0.0, f64::max), children.into_iter().flatten().collect())
+        };
+        if radiosity == DVec3::ZERO {
+            return None;
+        }
+        let [a, b, c] = mesh.positions(element);
+        let polygon = ConvexPolygon::triangle(a, b, c)?;
+        // Elements run like their face, whose corners a mirrored object turns the other way.
+        let front = polygon.normal().dot(mesh.sample(element.samples[0]).normal) >= 0.0;
+        let polygon = if front == (side == Side::Front) { polygon } else { polygon.flipped() };
+        Some(self.push(LitPolygon { polygon, radiosity }, spread, parts))
+    }
+
+    fn push(&mut self, lit: LitPolygon, spread: f64, parts: Vec<u32>) -> u32 {
+        let centre = lit.polygon.centroid();
+        let radius = lit.polygon.vertices().iter().map(|v| v.distance(centre)).fold(0.0, f64::max);
+        self.nodes.push(Node { lit, spread, radius, parts });
+        self.nodes.len() as u32 - 1
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.roots.is_empty()
+    }
+
+    /// The sources that are not parts of others.
+    pub(crate) fn roots(&self) -> impl Iterator<Item = &LitPolygon> {
+        self.roots.iter().map(|&root| &self.nodes[root as usize].lit)
+    }
+
+    /// Visits the coarsest sources whose parts are not worth telling apart from anywhere in a box.
+    ///
+    /// `negligible`: irradiance, W/m².
+    pub(crate) fn visit(&self, low: DVec3, high: DVec3, negligible: f64, mut visit: impl FnMut(&LitPolygon)) {
+        let mut open = self.roots.clone();
+        while let Some(index) = open.pop() {
+            let node = &self.nodes[index as usize];
+            let centre = node.lit.polygon.centroid();
+            let distance = (centre.distance(centre.clamp(low, high)) - node.radius).max(0.0);
+            // No form factor from here is larger.
+            let most = (node.lit.polygon.area() / (std::f64::consts::PI * distance * distance)).min(1.0);
+            // The mean is right; what is lost is how the form factor changes from part to part.
+            let change = (2.0 * node.radius / distance).min(1.0);
+            if node.spread * most * change > negligible {
+                open.extend(&node.parts);
+            } else {
+                visit(&node.lit);
+            }
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Scenes with more shadow boundaries than anyone wants: what comes out of the discontinuity methods is still sound.
+//!
+//! Tolerances are low; budgets and large patches keep it fast.
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use antumbra::settings::{Method, Settings};
+use antumbra::weld::Bake;
+use common::Random;
+use common::baked::{all_light, assert_sound, corners};
+use common::scene::{Scene, by, lamp};
+use common::shape::Shape;
+use glam::{DMat3, DVec3};
+
+/// Triangles that a bake may have.
+const BUDGET: usize = 5000;
+
+/// Bakes a scene by both methods and checks what every bake promises; some light must arrive.
+fn assert_bakes(scene: &Scene) -> [Bake; 2] {
+    [Method::Adm, Method::Dm].map(|method| assert_bakes_by(scene, method))
+}
+
+fn assert_bakes_by(scene: &Scene, method: Method) -> Bake {
+    let settings =
+        Settings { tolerance: 0.003, element_size: 1.0, triangle_budget: BUDGET as u64, ..by(method) };
+    let start = std::time::Instant::now();
+    let bake = scene.bake(&settings);
+    println!("{method:?}: {} triangles in {:.2?}", bake.report.result.triangles, start.elapsed());
+    assert_sound(&scene.input, &bake);
+    // One step may cut all triangles on an edge.
+    assert!(
+        bake.report.result.triangles <= BUDGET + 2,
+        "{method:?}: {} triangles",
+        bake.report.result.triangles
+    );
+    assert!(all_light(&bake).any(|light| light.y > 0.0), "{method:?}: it is dark");
+    bake
+}
+
+/// A grey floor, 4 m wide, at z = 0, under a lamp at z = 3.
+fn lit_floor() -> Scene {
+    let mut scene = Scene::default();
+    let grey = scene.material(0.5, 0.0);
+    scene.object("floor", Shape::square(DVec3::ZERO, 2.0), grey);
+    scene.light(&lamp(DVec3::new(0.3, 0.1, 3.0), 0.3), 20.0);
+    scene
+}
+
+fn all_of(shapes: impl IntoIterator<Item = Shape>) -> Shape {
+    shapes.into_iter().fold(Shape::default(), |all, shape| all.and(&shape))
+}
+
+#[test]
+fn blinds() {
+    let mut scene = lit_floor();
+    let slat = |i: u32| {
+        let tilt = DMat3::from_rotation_y(0.5);
+        let center = DVec3::new(-1.0 + 0.05 * f64::from(i), 0.0, 1.0);
+        Shape::cuboid(DVec3::ZERO, DVec3::new(0.02, 1.0, 0.001)).map(|p| center + tilt * p)
+    };
+    scene.object("blinds", all_of((0..40).map(slat)), 0);
+    assert_bakes(&scene);
+}
+
+#[test]
+fn a_fence() {
+    let mut scene = lit_floor();
+    let post = |i: u32| {
+        let center = DVec3::new(-1.9 + 0.2 * f64::from(i), 0.5, 0.5);
+        Shape::cuboid(center, DVec3::new(0.04, 0.02, 0.5))
+    };
+    let rail = |z: f64| Shape::cuboid(DVec3::new(0.0, 0.53, z), DVec3::new(2.0, 0.01, 0.03));
+    scene.object("fence", all_of((0..20).map(post).chain([0.3, 0.7].map(rail))), 0);
+    assert_bakes(&scene);
+}
+
+#[test]
+fn a_spoked_wheel() {
+    let mut scene = lit_floor();
+    let spoke = |i: u32| {
+        let turn = DMat3::from_rotation_z(TAU * f64::from(i) / 64.0);
+        Shape::cuboid(DVec3::X * 0.5, DVec3::new(0.45, 0.003, 0.003)).map(|p| DVec3::Z + turn * p)
+    };
+    scene.object("wheel", all_of((0..64).map(spoke)), 0);
+    assert_bakes(&scene);
+}
+
+#[test]
+fn a_tree_of_random_cards() {
+    let mut scene = lit_floor();
+    let mut random = Random(5);
+    let mut card = || {
+        let corner = DVec3::Z * 1.2 + 0.6 * random.in_cube();
+        let u = 0.15 * random.direction();
+        Shape::quad(corner, u, 0.6 * u.any_orthogonal_vector())
+    };
+    let cards: Vec<Shape> = (0..200).map(|_| card()).collect();
+    scene.object("tree", all_of(cards), 0);
+    assert_bakes(&scene);
+}
+
+#[test]
+fn boxes_that_intersect() {
+    let mut scene = lit_floor();
+    let mut random = Random(6);
+    for _ in 0..6 {
+        let turn = random.rotation();
+        let center = DVec3::Z * 0.4 + 0.5 * random.in_cube();
+        scene.object(
+            "box",
+            Shape::cuboid(DVec3::ZERO, DVec3::new(0.4, 0.25, 0.3)).map(|p| center + turn * p),
+            0,
+        );
+    }
+    assert_bakes(&scene);
+}
+
+#[test]
+fn a_blocker_that_touches_the_light() {
+    for z in [2.5, 2.75] {
+        // A post up to the lamp's plane, and one through it
+        let mut scene = lit_floor();
+        scene.object("post", Shape::cuboid(DVec3::new(0.4, 0.2, z), DVec3::new(0.05, 0.05, 0.5)), 0);
+        assert_bakes(&scene);
+    }
+}
+
+#[test]
+fn a_light_through_the_floor() {
+    let mut scene = lit_floor();
+    let upright = [[0.0, -0.5, -0.5], [0.0, 0.5, -0.5], [0.0, 0.5, 0.5], [0.0, -0.5, 0.5]].map(DVec3::from);
+    scene.light(&upright, 10.0);
+    scene.object("box", Shape::cuboid(DVec3::new(0.7, 0.1, 0.2), DVec3::splat(0.2)), 0);
+    assert_bakes(&scene);
+}
+
+/// Two floors in one plane, cut differently.
+#[test]
+fn coplanar_floors() {
+    let mut scene = lit_floor();
+    scene.object("rug", Shape::square(DVec3::ZERO, 2.0), 0);
+    let turn = DMat3::from_rotation_z(0.3);
+    scene.object("mat", Shape::square(DVec3::ZERO, 1.0).map(|p| turn * p), 0);
+    scene.object("box", Shape::cuboid(DVec3::new(0.1, 0.2, 0.5), DVec3::splat(0.2)), 0);
+    for bake in assert_bakes(&scene) {
+        assert!(bake.meshes.iter().all(|mesh| corners(mesh).any(|(_, light)| light.y > 0.1)), "one is dark");
+    }
+}
+
+#[test]
+fn slivers_that_receive_and_block() {
+    let mut scene = lit_floor();
+    let mut random = Random(8);
+    let mut sliver = |width: f64| {
+        let a = DVec3::Z + 0.8 * random.in_cube();
+        let along = random.direction();
+        let positions = vec![a, a + along, a + 0.3 * along + width * along.any_orthonormal_vector()];
+        Shape { positions, triangles: vec![[0, 1, 2]], corner_normals: None }
+    };
+    let widths = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10];
+    let slivers: Vec<Shape> = (0..18).map(|i| sliver(widths[i % widths.len()])).collect();
+    scene.object("slivers", all_of(slivers), 0);
+    assert_bakes(&scene);
+}
+
+/// A soup of triangles that share vertices, slivers among them, over a floor.
+fn soup(seed: u64) -> Scene {
+    let mut random = Random(seed);
+    let mut scene = lit_floor();
+    let positions: Vec<DVec3> = (0..12).map(|_| DVec3::Z + random.in_cube()).collect();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    while triangles.len() < 10 {
+        let mut t: [u32; 3] = std::array::from_fn(|_| random.below(12) as u32);
+        let turn = random.below(3);
+        t.sort_unstable();
+        // Of two triangles with the same corners, every edge would count twice.
+        let known = |other: &[u32; 3]| {
+            let mut other = *other;
+            other.sort_unstable();
+            other == t
+        };
+        if t[0] < t[1] && t[1] < t[2] && !triangles.iter().any(known) {
+            t.rotate_left(turn);
+            triangles.push(t);
+        }
+    }
+    scene.object("soup", Shape { positions, triangles, corner_normals: None }, 0);
+    scene
+}
+
+#[test]
+fn some_soups() {
+    for seed in 0..5 {
+        assert_bakes(&soup(seed));
+    }
+}
+
+#[test]
+#[ignore = "long: 200 soups by two methods"]
+fn many_soups() {
+    for seed in 0..200 {
+        println!("soup {seed}");
+        assert_bakes(&soup(seed));
+    }
+}
