@@ -104,7 +104,7 @@ class Scene:
 def start(
     scene: Scene,
     *,
-    method: str = "AS",
+    method: str = "ADM",
     tolerance: float = 0.01,
     element_size: float = 0.0,
     max_level: int = 8,
@@ -117,8 +117,8 @@ def start(
     """Start a bake in a thread of its own and return at once.
 
     The scene's data moves into the bake: starting a second one from it raises RuntimeError. A setting out of its
-    range raises InvalidSettingError and leaves the scene as it was. method is AS or UNIFORM, quantity RADIOSITY or
-    IRRADIANCE.
+    range raises InvalidSettingError and leaves the scene as it was. method is ADM, DM, AS or UNIFORM, quantity
+    RADIOSITY or IRRADIANCE.
     """
 
 @final

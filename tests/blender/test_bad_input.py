@@ -79,12 +79,6 @@ def test_edit_mode():
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
-def test_method_of_a_later_release():
-    add_cube()
-    add_area_light()
-    refused("later release", method="ADM")
-
-
 def test_an_object_without_area_is_left_out_by_name():
     flat = add_cube("Flat")
     flat.scale = (0, 0, 0)

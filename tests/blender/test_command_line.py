@@ -86,7 +86,7 @@ def test_bakes_all_when_nothing_is_selected_and_only_the_selected_otherwise(blen
         (["--set", "tolerance"], "not of the form NAME=VALUE"),
         (["--set", "colour=1"], "no setting “colour”"),
         (["--set", "tolerance=2"], "between 1e-06 and 1"),
-        (["--set", "method=ADM"], "later release"),
+        (["--set", "method=RAYS"], "one of ADM, DM, AS, UNIFORM"),
         (["--output", "/nowhere/at/all/out.blend"], "/nowhere/at/all does not exist"),
         (["--report", "/nowhere/at/all/out.json"], "/nowhere/at/all does not exist"),
         (["--fast"], "unrecognized arguments: --fast"),

@@ -69,7 +69,7 @@ def test_disabling_the_extension_cancels_and_leaves_nothing_behind(long_bake):
         assert long_bake._before_load not in bpy.app.handlers.load_pre
     finally:
         bpy.ops.preferences.addon_enable(module=EXTENSION)
-    assert bpy.context.scene.antumbra.method == "AS"
+    assert bpy.context.scene.antumbra.method == "ADM"
 
 
 def test_sources_deleted_in_the_meantime_are_left_out(long_bake):

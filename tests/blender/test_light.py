@@ -55,6 +55,14 @@ def test_square_light_over_a_corner():
     assert radiance_at_origin() == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("method", ["ADM", "DM", "AS", "UNIFORM"])
+def test_every_method_lights_a_vertex_alike(method):
+    receiver()
+    add_area_light(location=(0.5, 0.5, 1), size=1.0, energy=10.0)
+    bake(method=method)
+    assert radiance_at_origin() == pytest.approx(np.full(3, 0.5 * UNDER_A_CORNER * 10.0 / math.pi), rel=1e-6)
+
+
 def test_object_scale_makes_the_light_larger_not_brighter():
     receiver()
     lamp = add_area_light(location=(0.5, 0.5, 1), size=0.5, shape="RECTANGLE", size_y=0.25, energy=10.0)

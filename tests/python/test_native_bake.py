@@ -48,6 +48,15 @@ def test_arrays_outlive_the_bake() -> None:
     assert np.isin(floor_arrays()["positions"], positions).all()
 
 
+@pytest.mark.parametrize("method", ["ADM", "DM", "AS", "UNIFORM"])
+def test_every_method_refines_and_lights_the_floor(method: str) -> None:
+    bake = antumbra_native.start(lit_floor(), method=method, element_size=0.5).result()
+    (mesh,) = bake.meshes
+    assert json.loads(bake.report)["result"]["ended_by"] == "converged"
+    assert len(mesh.triangles) > len(floor_arrays()["triangles"])
+    assert (mesh.corner_radiance > 0).all()
+
+
 def test_every_vertex_lies_where_its_source_triangle_says(bake: antumbra_native.Bake) -> None:
     (mesh,) = bake.meshes
     source = floor_arrays(cells=2)

@@ -16,7 +16,7 @@ def test_table_and_dataclass_say_the_same():
 
 def test_defaults_are_those_of_the_contract():
     assert Settings().as_dict() == {
-        "method": "AS",
+        "method": "ADM",
         "tolerance": 0.01,
         "element_size": 0.0,
         "max_level": 8,
@@ -57,6 +57,11 @@ def test_assignments_that_cannot_be_read(text, message):
         parse_assignments([text])
 
 
+@pytest.mark.parametrize("method", ["ADM", "DM", "AS", "UNIFORM"])
+def test_every_method_is_accepted(method):
+    Settings(method=method).validate()
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -66,8 +71,7 @@ def test_assignments_that_cannot_be_read(text, message):
         ({"element_size": math.inf}, "a number of at least 0"),
         ({"max_level": 17}, "between 0 and 16"),
         ({"quantity": "WATTS"}, "one of RADIOSITY, IRRADIANCE"),
-        ({"method": "ADM"}, "comes in a later release"),
-        ({"method": "DM"}, "choose AS or UNIFORM"),
+        ({"method": "RAYS"}, "one of ADM, DM, AS, UNIFORM"),
     ],
 )
 def test_values_out_of_range(changes, message):

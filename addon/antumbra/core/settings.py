@@ -41,13 +41,25 @@ SPECS: Mapping[str, Spec] = {
     "method": Spec(
         "Method",
         "How the mesh is refined",
-        "AS",
+        "ADM",
         choices=(
             Choice(
-                "ADM", "Shadow Boundaries", "Put mesh edges on the strong shadow boundaries, then refine adaptively"
+                "ADM",
+                "Shadow Boundaries",
+                "Cut faces along the shadow boundaries that can be noticed, then refine them where the light changes: "
+                "sharp shadows from few triangles",
             ),
-            Choice("AS", "Adaptive", "Subdivide faces where the light on them changes"),
-            Choice("DM", "All Shadow Boundaries", "Put mesh edges on every shadow boundary"),
+            Choice(
+                "DM",
+                "All Shadow Boundaries",
+                "Cut faces along every shadow boundary of every light, noticeable or not: for comparison, with many "
+                "more triangles",
+            ),
+            Choice(
+                "AS",
+                "Adaptive",
+                "Subdivide faces where the light on them changes: regular triangles, and many of them at sharp shadows",
+            ),
             Choice("UNIFORM", "Uniform", "Cut every face to the same size: predictable, but wasteful"),
         ),
     ),
@@ -123,14 +135,12 @@ SPECS: Mapping[str, Spec] = {
     ),
 }
 
-METHODS_AVAILABLE = ("AS", "UNIFORM")
-
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """Settings of one bake; the names are those of `scene.antumbra` and of `--set NAME=VALUE`."""
 
-    method: str = "AS"
+    method: str = "ADM"
     tolerance: float = 0.01
     element_size: float = 0.0
     max_level: int = 8
@@ -151,11 +161,6 @@ class Settings:
                     raise SettingError(f"setting {name} = {value}: must be one of {', '.join(allowed)}")
             elif not (math.isfinite(value) and spec.minimum <= value <= spec.maximum):
                 raise SettingError(f"setting {name} = {value}: must be {_range_text(spec)}")
-        if self.method not in METHODS_AVAILABLE:
-            raise SettingError(
-                f"setting method = {self.method}: this method comes in a later release; "
-                f"choose {' or '.join(METHODS_AVAILABLE)}"
-            )
 
     def as_dict(self) -> dict[str, Any]:
         """Name to value, in the order of the fields."""

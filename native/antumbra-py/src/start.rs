@@ -16,7 +16,7 @@ use crate::scene::Scene;
 )]
 #[pyfunction]
 #[pyo3(signature = (
-    scene, *, method = "AS", tolerance = 0.01, element_size = 0.0, max_level = 8, max_blockers = 4,
+    scene, *, method = "ADM", tolerance = 0.01, element_size = 0.0, max_level = 8, max_blockers = 4,
     time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", threads = 0
 ))]
 pub(crate) fn start(
@@ -33,7 +33,12 @@ pub(crate) fn start(
     threads: i64,
 ) -> PyResult<Job> {
     let settings = Settings {
-        method: choice(py, "method", method, &[("AS", Method::As), ("UNIFORM", Method::Uniform)])?,
+        method: choice(
+            py,
+            "method",
+            method,
+            &[("ADM", Method::Adm), ("DM", Method::Dm), ("AS", Method::As), ("UNIFORM", Method::Uniform)],
+        )?,
         tolerance,
         element_size,
         max_level: count(py, "max_level", max_level)?,
