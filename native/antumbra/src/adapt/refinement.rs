@@ -29,9 +29,10 @@ pub(crate) const EVEN: f64 = 1.0;
 /// shadows smaller than they are; missing one costs a thirtieth of the wanted error at most.
 pub(crate) const WORTH_SEARCHING: f64 = 1e-3;
 
-/// Elements whose corners' differences could not make this share of the allowed squared error are left alone: even a
-/// hundred thousand of them together stay below it.
-const WORTH_TESTING: f64 = 1e-6;
+/// Elements whose corners' differences, taken for an error, would not make this share of the allowed squared error are
+/// left alone. What a linear element errs by is about a seventh of them, a fiftieth in square: even a hundred thousand
+/// such elements add up to a fiftieth of what is allowed.
+const WORTH_TESTING: f64 = 1e-5;
 
 /// A deviation counts when its square is above this many variances of the rays at the middle: three standard errors
 /// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
