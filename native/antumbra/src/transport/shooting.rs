@@ -260,8 +260,7 @@ impl<'a> Shooting<'a> {
             .flat_map(|sample| Side::BOTH.map(|side| sample.receiver(side)))
             .collect();
         self.seeds = (0..self.receivers.len() as u64).collect();
-        // Both sides of twice as many points as when gathering: wide boxes cost no more sources here.
-        self.clusters = clusters(&self.receivers, 4 * CLUSTER_SIZE);
+        self.clusters = clusters(&self.receivers, 2 * CLUSTER_SIZE);
         self.balance = Balance::new(&self.sources, self.emitters.power(), means);
         self.sent = vec![DVec3::ZERO; self.sources.len()];
         self.kept = vec![None; self.sources.len()];
