@@ -129,11 +129,13 @@ impl Lines {
         (lines, vertices)
     }
 
-    /// Without a price, the next is a millionth of what the strongest line removes.
+    /// The least price is a millionth of what the strongest line removes, and never nothing: where no line removes
+    /// anything, as in the dark, the next price leaves all out.
     fn raise_price(&mut self) {
         let strongest =
             self.shadows.iter().filter_map(|(_, found)| Some(found.first()?.removes)).fold(0.0, f64::max);
-        self.price = Some(self.price.map_or(1e-6 * strongest, |price| 4.0 * price));
+        let least = (1e-6 * strongest).max(f64::MIN_POSITIVE);
+        self.price = Some(self.price.map_or(least, |price| (4.0 * price).max(least)));
     }
 }
 
@@ -460,4 +462,24 @@ fn line(part: Part, kind: LineKind) -> Option<Line> {
     });
     let along_border = (0..3).any(|k| ends.iter().all(|end| end.depth(k) <= ALONG_BORDER));
     (ends[0] != ends[1] && !along_border).then_some(Line { ends, kind })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In the dark no line removes anything and vertices cost nothing; too many lines must still come to an end.
+    #[test]
+    fn lines_that_remove_nothing_give_way_to_the_budget() {
+        for price in [None, Some(0.0)] {
+            let ends = [GridPoint { u: 1000, v: 1000 }, GridPoint { u: 9_000_000, v: 1000 }];
+            let shadow = ShadowLine { line: Line { ends, kind: LineKind::Shadow }, removes: 0.0 };
+            let lines = Lines {
+                contacts: FxHashMap::default(),
+                shadows: vec![(FaceId::new(0), vec![shadow])],
+                price,
+            };
+            assert!(lines.worthwhile(1).is_empty());
+        }
+    }
 }
