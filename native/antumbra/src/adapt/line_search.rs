@@ -272,10 +272,13 @@ impl<'a> LineSearch<'a> {
             }
             None => false,
         };
-        let shaft = Shaft::new(&corners, &TRIANGLE_EDGES, &lit.polygon, Some((corners[0], plate.normal)));
-        let listed =
-            slight || self.blockers.candidates(&shaft, MOST_CANDIDATES, &mut workspace.found).is_ok();
-        let candidates = if slight { Vec::new() } else { workspace.found.clone() };
+        workspace.found.clear();
+        let listed = slight || {
+            let plane = Some((corners[0], plate.normal));
+            let shaft = Shaft::new(&corners, &TRIANGLE_EDGES, &lit.polygon, plane);
+            self.blockers.candidates(&shaft, MOST_CANDIDATES, &mut workspace.found).is_ok()
+        };
+        let candidates = workspace.found.clone();
         let may_descend = level < DEEPEST;
         let case = if listed {
             let seen = corners.map(|corner| self.seen(plate, corner, lit, &candidates, workspace));
@@ -319,6 +322,10 @@ impl<'a> LineSearch<'a> {
         candidates: &[u32],
         workspace: &mut Workspace,
     ) -> Seen {
+        // Most elements see all of it, and need not be asked.
+        if candidates.is_empty() {
+            return Seen { state: Visibility::Visible, blockers: Vec::new() };
+        }
         let polygons = self.blockers.polygons();
         let receiver = plate.receiver(position);
         match visible_form_factor(&receiver, &lit.polygon, polygons, candidates, &mut workspace.scratch) {

@@ -51,10 +51,7 @@ impl Fit {
         let mut fitting: Vec<(ElementId, bool)> = patches.iter().map(|&element| (element, true)).collect();
         for _ in 0..MOST_QUARTERED {
             let open = fitting.iter().filter(|(_, open)| *open).map(|(element, _)| *element);
-            let received = match display {
-                Some(display) => received(mesh, world, display, open),
-                None => vec![None; mesh.elements.len()],
-            };
+            let received = received(mesh, world, display, open);
             let mut next = Vec::with_capacity(fitting.len());
             let mut cut = false;
             for (id, open) in fitting {
@@ -101,7 +98,7 @@ fn spreads(mesh: &Mesh, id: ElementId, received: Option<Received>, direct: &[[DV
 pub(crate) fn direct_means(
     mesh: &Mesh,
     world: &World,
-    display: &Display,
+    display: Option<&Display>,
     direct: &[[DVec3; 2]],
     patches: &[ElementId],
 ) -> Vec<[DVec3; 2]> {
@@ -122,10 +119,11 @@ pub(crate) fn direct_means(
 fn received(
     mesh: &Mesh,
     world: &World,
-    display: &Display,
+    display: Option<&Display>,
     elements: impl Iterator<Item = ElementId>,
 ) -> Vec<Option<Received>> {
     let mut received = vec![None; mesh.elements.len()];
+    let Some(display) = display else { return received };
     for id in elements {
         if world.receives(mesh.element(id).face) {
             received[id.index()] = Some(Received::NOTHING);

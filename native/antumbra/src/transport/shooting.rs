@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::display::Display;
 use crate::error::Error;
 use crate::index::ElementId;
-use crate::mesh::{Mesh, Side};
+use crate::mesh::{Mesh, Sample, Side};
 use crate::monitor::Monitor;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings};
@@ -138,11 +138,7 @@ impl<'a> Shooting<'a> {
         };
         let gather = Gather { form_factors, monitor, sources: &emitters.tree, wanted_error: 0.0, ends };
         light(&gather, &shooting.mesh, &mut shooting.direct)?;
-        let means = |e: &ElementId| {
-            let [a, b, c] = shooting.mesh.element(*e).samples.map(|s| shooting.direct[s.index()]);
-            std::array::from_fn(|side| (a[side] + b[side] + c[side]) / 3.0)
-        };
-        let means = shooting.patch_elements.iter().map(means).collect();
+        let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
         shooting.start(means);
         Ok(shooting)
     }
@@ -169,7 +165,7 @@ impl<'a> Shooting<'a> {
             )?;
             self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
         }
-        let means = direct_means(&self.mesh, self.world, display, &self.direct, &self.patch_elements);
+        let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
         self.start(means);
         Ok(())
     }
@@ -218,7 +214,7 @@ impl<'a> Shooting<'a> {
         let gather = self.gather_direct(ends);
         light(&gather, &self.mesh, &mut self.direct)?;
         self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
-        let means = direct_means(&self.mesh, self.world, display, &self.direct, &self.patch_elements);
+        let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
         self.start(means);
         Ok(true)
     }
@@ -253,12 +249,7 @@ impl<'a> Shooting<'a> {
             }
         }
         inherit(&self.mesh, &mut self.patch_of);
-        self.receivers = self
-            .mesh
-            .samples
-            .iter()
-            .flat_map(|sample| Side::BOTH.map(|side| sample.receiver(side)))
-            .collect();
+        self.receivers = both_sides(&self.mesh.samples);
         self.seeds = (0..self.receivers.len() as u64).collect();
         self.clusters = clusters(&self.receivers, 2 * CLUSTER_SIZE);
         self.balance = Balance::new(&self.sources, self.emitters.power(), means);
@@ -424,13 +415,15 @@ fn inherit(mesh: &Mesh, patch_of: &mut [Option<PatchId>]) {
     }
 }
 
+/// Front and back of every sample, one after the other.
+fn both_sides(samples: &[Sample]) -> Vec<Receiver> {
+    samples.iter().flat_map(|sample| Side::BOTH.map(|side| sample.receiver(side))).collect()
+}
+
 /// Finds the gathered light on both sides of all samples from the `light.len()`th on.
 fn light(gather: &Gather, mesh: &Mesh, light: &mut Vec<[DVec3; 2]>) -> Result<(), Error> {
     let first = light.len();
-    let receivers: Vec<Receiver> = mesh.samples[first..]
-        .iter()
-        .flat_map(|sample| Side::BOTH.map(|side| sample.receiver(side)))
-        .collect();
+    let receivers = both_sides(&mesh.samples[first..]);
     let seeds: Vec<u64> = (2 * first..2 * mesh.samples.len()).map(|seed| seed as u64).collect();
     let arrived = gather.at(&receivers, &seeds)?;
     light.extend(arrived.chunks_exact(2).map(|sides| [sides[0].irradiance, sides[1].irradiance]));

@@ -3,6 +3,8 @@
 //! The f32 tree (obvhs `Bvh2`) only narrows down who could block: its boxes are grown by their rounding, and every
 //! decision is made in f64 on the polygons themselves.
 
+use std::ops::ControlFlow;
+
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -58,30 +60,18 @@ impl Blockers {
         found: &mut Vec<u32>,
     ) -> Result<(), TooMany> {
         found.clear();
-        let Some(tree) = &self.tree else { return Ok(()) };
-        let mut stack = smallvec::SmallVec::<[u32; 96]>::new();
-        stack.push(0);
-        while let Some(index) = stack.pop() {
-            let node = &tree.nodes[index as usize];
-            let (low, high) = (node.aabb.min.as_dvec3(), node.aabb.max.as_dvec3());
-            if !shaft.may_touch_box(low, high) {
-                continue;
-            }
-            if !node.is_leaf() {
-                stack.push(node.first_index);
-                stack.push(node.first_index + 1);
-                continue;
-            }
-            let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            for &polygon in &tree.primitive_indices[range] {
-                let Some(candidate) = self.polygons.get(polygon as usize) else { continue };
-                if shaft.may_block(candidate) {
-                    if found.len() == limit {
-                        return Err(TooMany);
-                    }
-                    found.push(polygon);
+        let in_shaft = |low, high| shaft.may_touch_box(low, high);
+        let outcome = self.visit(in_shaft, |index, polygon| {
+            if shaft.may_block(polygon) {
+                if found.len() == limit {
+                    return ControlFlow::Break(());
                 }
+                found.push(index);
             }
+            ControlFlow::Continue(())
+        });
+        if outcome.is_break() {
+            return Err(TooMany);
         }
         // The tree's order depends on its builder; the kernel's rounding must not.
         found.sort_unstable();
@@ -91,15 +81,36 @@ impl Blockers {
     /// Collects the polygons near a box, in ascending order.
     pub(crate) fn touching(&self, low: DVec3, high: DVec3, margin: f64, found: &mut Vec<u32>) {
         found.clear();
-        let Some(tree) = &self.tree else { return };
         let (low, high) = (low - margin, high + margin);
+        let apart = |least: DVec3, most: DVec3| least.cmpgt(high).any() || most.cmplt(low).any();
+        let _ = self.visit(
+            |least, most| !apart(least, most),
+            |index, polygon| {
+                let vertices = || polygon.vertices().iter().copied();
+                if !apart(
+                    vertices().fold(DVec3::INFINITY, DVec3::min),
+                    vertices().fold(DVec3::NEG_INFINITY, DVec3::max),
+                ) {
+                    found.push(index);
+                }
+                ControlFlow::Continue(())
+            },
+        );
+        found.sort_unstable();
+    }
+
+    /// Visits the polygons in all boxes (lowest and highest corner) that are wanted, until it is told to stop.
+    fn visit(
+        &self,
+        wants: impl Fn(DVec3, DVec3) -> bool,
+        mut visit: impl FnMut(u32, &ConvexPolygon) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some(tree) = &self.tree else { return ControlFlow::Continue(()) };
         let mut stack = smallvec::SmallVec::<[u32; 96]>::new();
         stack.push(0);
         while let Some(index) = stack.pop() {
             let node = &tree.nodes[index as usize];
-            let apart =
-                node.aabb.min.as_dvec3().cmpgt(high).any() || node.aabb.max.as_dvec3().cmplt(low).any();
-            if apart {
+            if !wants(node.aabb.min.as_dvec3(), node.aabb.max.as_dvec3()) {
                 continue;
             }
             if !node.is_leaf() {
@@ -108,18 +119,14 @@ impl Blockers {
                 continue;
             }
             let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            let near = |&polygon: &u32| {
-                self.polygons.get(polygon as usize).is_some_and(|polygon| {
-                    let vertices = polygon.vertices();
-                    (0..3).all(|axis| {
-                        vertices.iter().any(|v| v[axis] >= low[axis])
-                            && vertices.iter().any(|v| v[axis] <= high[axis])
-                    })
-                })
-            };
-            found.extend(tree.primitive_indices[range].iter().copied().filter(near));
+            for &primitive in &tree.primitive_indices[range] {
+                // Two primitives are no polygons.
+                if let Some(polygon) = self.polygons.get(primitive as usize) {
+                    visit(primitive, polygon)?;
+                }
+            }
         }
-        found.sort_unstable();
+        ControlFlow::Continue(())
     }
 
     /// Whether any polygon crosses the open segment between two points.
