@@ -112,13 +112,14 @@ def start(
     time_limit: float = 0.0,
     triangle_budget: int = 0,
     quantity: str = "RADIOSITY",
+    transport: str = "AUTO",
     threads: int = 0,
 ) -> Job:
     """Start a bake in a thread of its own and return at once.
 
     The scene's data moves into the bake: starting a second one from it raises RuntimeError. A setting out of its
     range raises InvalidSettingError and leaves the scene as it was. method is ADM, DM, AS or UNIFORM, quantity
-    RADIOSITY or IRRADIANCE.
+    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING or HIERARCHICAL.
     """
 
 @final

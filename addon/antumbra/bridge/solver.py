@@ -57,6 +57,7 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             time_limit=settings.time_limit,
             triangle_budget=settings.triangle_budget,
             quantity=settings.quantity,
+            transport=settings.transport,
         )
     )
     return _Job(job)

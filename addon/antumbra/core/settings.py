@@ -106,6 +106,21 @@ SPECS: Mapping[str, Spec] = {
         minimum=0,
         maximum=_INT_MAX,
     ),
+    "transport": Spec(
+        "Transport",
+        "How surfaces exchange light",
+        "AUTO",
+        choices=(
+            Choice("AUTO", "Automatic", "Choose from the size of the scene; the report says which it was"),
+            Choice(
+                "HIERARCHICAL",
+                "Hierarchical",
+                "Link surfaces as coarsely as the tolerance allows and solve for all bounces at once: also for nearly "
+                "white rooms",
+            ),
+            Choice("SHOOTING", "Shooting", "Let one patch after the other shoot its light"),
+        ),
+    ),
     "receivers": Spec(
         "Bake",
         "Which objects get baked. All objects that are visible in renders cast shadows and reflect light",
@@ -147,6 +162,7 @@ class Settings:
     max_blockers: int = 4
     time_limit: float = 0.0
     triangle_budget: int = 0
+    transport: str = "AUTO"
     receivers: str = "SELECTED"
     output: str = "NEW"
     quantity: str = "RADIOSITY"

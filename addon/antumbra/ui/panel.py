@@ -63,6 +63,7 @@ class ANTUMBRA_PT_mesh(_RenderPanel, bpy.types.Panel):
         column.prop(settings, "element_size")
         column.prop(settings, "max_level")
         column.prop(settings, "max_blockers")
+        column.prop(settings, "transport")
 
 
 class ANTUMBRA_PT_limits(_RenderPanel, bpy.types.Panel):

@@ -1,6 +1,6 @@
 //! `start`: checks the settings and moves the scene into a solving thread.
 
-use antumbra::settings::{Method, Quantity, Settings};
+use antumbra::settings::{Method, Quantity, Settings, Transport};
 use pyo3::prelude::*;
 
 use crate::errors::{invalid_setting, to_python};
@@ -17,7 +17,7 @@ use crate::scene::Scene;
 #[pyfunction]
 #[pyo3(signature = (
     scene, *, method = "ADM", tolerance = 0.01, element_size = 0.0, max_level = 8, max_blockers = 4,
-    time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", threads = 0
+    time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", transport = "AUTO", threads = 0
 ))]
 pub(crate) fn start(
     py: Python<'_>,
@@ -30,6 +30,7 @@ pub(crate) fn start(
     time_limit: f64,
     triangle_budget: i64,
     quantity: &str,
+    transport: &str,
     threads: i64,
 ) -> PyResult<Job> {
     let settings = Settings {
@@ -50,6 +51,16 @@ pub(crate) fn start(
             "quantity",
             quantity,
             &[("RADIOSITY", Quantity::Radiosity), ("IRRADIANCE", Quantity::Irradiance)],
+        )?,
+        transport: choice(
+            py,
+            "transport",
+            transport,
+            &[
+                ("AUTO", Transport::Auto),
+                ("SHOOTING", Transport::Shooting),
+                ("HIERARCHICAL", Transport::Hierarchical),
+            ],
         )?,
         threads: count(py, "threads", threads)?,
     };

@@ -41,6 +41,12 @@ pub enum Error {
     /// Nothing in the scene sends light.
     #[error("nothing in the scene sends light: add an area light or give a material an emission")]
     NoLight,
+    /// A closed space whose surfaces reflect everything, with light emitted into it: it would get brighter for ever.
+    #[error(
+        "light can neither leave the space enclosed by {surfaces} nor be absorbed there, because everything in it \
+         reflects all of it: give a surface a reflectance below 1"
+    )]
+    EndlessLight { surfaces: String },
     /// No object was marked to receive light, or none of them has a face with area.
     #[error("there is no surface to bake: no receiving object has a face with area")]
     NoReceiver,

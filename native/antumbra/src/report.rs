@@ -65,6 +65,8 @@ pub struct ResultSummary {
     pub unshot: f64,
     /// Discontinuity lines in the mesh.
     pub lines: LineSummary,
+    /// How light was exchanged between surfaces.
+    pub transport: TransportSummary,
     /// How visibility was found.
     pub visibility: VisibilitySummary,
 }
@@ -76,6 +78,21 @@ pub struct LineSummary {
     pub drawn: usize,
     /// Faces whose lines were too many or too tangled to arrange, and which were refined without.
     pub plain_faces: usize,
+}
+
+/// The exchange of light between surfaces.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct TransportSummary {
+    /// `"SHOOTING"` or `"HIERARCHICAL"`: what was used.
+    pub mode: String,
+    /// Elements that exchanged light, both sides counted.
+    pub elements: usize,
+    /// Links between them; with shooting, form factors.
+    pub links: usize,
+    /// Iterations of the last solution; with shooting, shots.
+    pub iterations: usize,
+    /// |absorbed - emitted| / emitted of the exchange, where no light can escape.
+    pub imbalance: Option<f64>,
 }
 
 /// How many form factors were computed in which way.

@@ -18,6 +18,18 @@ pub enum Method {
     Adm,
 }
 
+/// How surfaces exchange light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum Transport {
+    /// The solver decides from the scene.
+    Auto,
+    /// One patch after the other shoots its light (the paper, §1; Cohen, Chen, Wallace, Greenberg 1988).
+    Shooting,
+    /// Links between elements and clusters, solved for all bounces at once (Hanrahan, Salzman, Aupperle 1991).
+    Hierarchical,
+}
+
 /// What the colour attribute holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
@@ -33,6 +45,8 @@ pub enum Quantity {
 pub struct Settings {
     /// How the mesh is refined.
     pub method: Method,
+    /// How surfaces exchange light.
+    pub transport: Transport,
     /// Wanted rms error, relative to the mean radiosity of the baked surfaces.
     pub tolerance: f64,
     /// Largest edge of an element before any refinement, in metres; 0 lets the solver choose.
@@ -56,6 +70,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             method: Method::Adm,
+            transport: Transport::Auto,
             tolerance: 0.01,
             element_size: 0.0,
             max_level: 8,

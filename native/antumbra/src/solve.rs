@@ -12,14 +12,16 @@ use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::report::{
-    Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, VisibilitySummary,
+    Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, TransportSummary, VisibilitySummary,
 };
 use crate::scene::SceneInput;
-use crate::scene::world::World;
-use crate::settings::{Method, Quantity, Settings};
+use crate::scene::world::{Face, World};
+use crate::settings::{Method, Quantity, Settings, Transport};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::Gather;
+use crate::transport::hierarchical::Hierarchical;
+use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::{Emitters, blocking_polygons};
@@ -36,6 +38,10 @@ const SHARE_OF_PATCHES: f64 = 0.5;
 /// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
 /// ones that one waits for.
 const SHOOTING: [f64; 2] = [0.1, 0.4];
+
+/// Mean reflectance above which links carry the light unless shooting is asked for: shots grow as the inverse of what is
+/// absorbed, and the ambient estimate of what was not shot as well.
+const MOST_SHOT: f64 = 0.9;
 
 /// Contacts shorter than this, in patches, do not divide patches: what leaks under such a thing is a sixteenth of a
 /// patch's area.
@@ -78,6 +84,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         triangle_limit: 0,
         out_of_budget: false,
         cutting: Cutting::default(),
+        transport: TransportSummary::default(),
         iterations: Vec::new(),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
@@ -91,6 +98,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         ended_by: solver.ended_by().to_owned(),
         unshot,
         lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
+        transport: solver.transport.clone(),
         visibility: VisibilitySummary::from(form_factors.counts()),
     };
     let mut report = Report {
@@ -139,6 +147,7 @@ struct Solver<'a> {
     triangle_limit: usize,
     out_of_budget: bool,
     cutting: Cutting,
+    transport: TransportSummary,
     iterations: Vec<Iteration>,
 }
 
@@ -154,22 +163,14 @@ impl<'a> Solver<'a> {
         let sizes = Sizes::new(self.world, self.settings);
         let patches = self.patch_mesh(sizes);
         let coarse = patches.mesh.clone();
-        let mut shooting = Shooting::new(
-            self.world,
-            self.settings,
-            self.monitor,
-            self.form_factors,
-            self.emitters,
-            patches,
-            &ends,
-        )?;
-        let wanted_error = shooting.wanted_error();
+        let mut exchange = self.exchange(patches, &ends)?;
+        let wanted_error = exchange.wanted_error();
         let mesh = self.display_mesh(coarse, sizes, wanted_error, &ends)?;
         let gather = self.gather(&self.emitters.tree, wanted_error, &ends);
-        let known = shooting.direct_at(shared_samples(&mesh));
+        let known = exchange.direct_at(shared_samples(&mesh));
         let mut display = Display::new(mesh, known, &gather)?;
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
-        self.record(&display, &shooting);
+        self.record(&display, &exchange);
 
         // Refine the mesh for their light
         if self.settings.method != Method::Uniform {
@@ -179,17 +180,22 @@ impl<'a> Solver<'a> {
         }
 
         // Patches exchange what they reflect
-        shooting.fit_to_direct_light(&display, &ends)?;
-        self.shoot(&mut shooting, &display, &ends)?;
-        if shooting.fit_to_indirect_light(&display, &ends)? {
-            self.shoot(&mut shooting, &display, &ends)?;
+        match &mut exchange {
+            Solution::Hierarchical(hierarchical) => hierarchical.solve(&display, &ends)?,
+            Solution::Shooting(shooting) => {
+                shooting.fit_to_direct_light(&display, &ends)?;
+                self.shoot(shooting, &display, &ends)?;
+                if shooting.fit_to_indirect_light(&display, &ends)? {
+                    self.shoot(shooting, &display, &ends)?;
+                }
+            }
         }
 
         // Refine the mesh for their light
-        let lit = shooting.lit();
-        let wanted_error = shooting.wanted_error();
+        let lit = exchange.lit();
+        let wanted_error = exchange.wanted_error();
         let gather = self.gather(&lit, wanted_error, &ends);
-        let known = shooting.indirect_at(shared_samples(&display.mesh));
+        let known = exchange.indirect_at(shared_samples(&display.mesh));
         let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         if self.settings.method != Method::Uniform && !self.out_of_budget {
@@ -197,8 +203,27 @@ impl<'a> Solver<'a> {
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, false, [SHOOTING[1], 0.99]);
             self.out_of_budget |= display.refine_for_patches(&refinement)?;
         }
-        self.record(&display, &shooting);
-        Ok((display, shooting.closing_factor(), shooting.remaining()))
+        self.record(&display, &exchange);
+        self.transport = exchange.summary();
+        Ok((display, exchange.closing_factor(), exchange.remaining()))
+    }
+
+    /// Finds a first estimate of all light, in the way that is asked for or suits the scene.
+    fn exchange(&self, patches: PatchMesh, ends: &(dyn Fn() -> bool + Sync)) -> Result<Solution<'a>, Error> {
+        let Self { world, settings, monitor, form_factors, emitters, .. } = *self;
+        let hierarchical = match settings.transport {
+            Transport::Shooting => false,
+            Transport::Hierarchical => true,
+            Transport::Auto => mean_reflectance(world) > MOST_SHOT,
+        };
+        Ok(if hierarchical {
+            let hierarchical =
+                Hierarchical::new(world, settings, monitor, form_factors, emitters, &patches, ends)?;
+            Solution::Hierarchical(Box::new(hierarchical))
+        } else {
+            let shooting = Shooting::new(world, settings, monitor, form_factors, emitters, patches, ends)?;
+            Solution::Shooting(Box::new(shooting))
+        })
     }
 
     /// Shoots until the light is distributed, the time is up or the caller wants no more.
@@ -209,13 +234,13 @@ impl<'a> Solver<'a> {
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
         let mut unshot = shooting.remaining();
-        self.record(display, shooting);
+        self.record_at(display, unshot, shooting.shots);
         while !ends() {
             let Some(computed) = shooting.shoot()? else { break };
             // Shots from kept columns take microseconds; only what changes the picture is an iteration.
             if computed || shooting.remaining() < 0.5 * unshot {
                 unshot = shooting.remaining();
-                self.record(display, shooting);
+                self.record_at(display, unshot, shooting.shots);
             }
         }
         Ok(())
@@ -326,12 +351,15 @@ impl<'a> Solver<'a> {
         }
     }
 
-    fn record(&mut self, display: &Display, shooting: &Shooting) {
+    fn record(&mut self, display: &Display, exchange: &Solution) {
+        self.record_at(display, exchange.remaining(), exchange.shots());
+    }
+
+    fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {
         let [elements, vertices] = display.counts();
-        let unshot = shooting.remaining();
         let iteration = Iteration {
             time_s: self.start.elapsed().as_secs_f64(),
-            shots: self.emitters.polygons.len() + shooting.shots,
+            shots: self.emitters.polygons.len() + shots,
             elements,
             vertices,
             unshot,
@@ -349,6 +377,14 @@ impl<'a> Solver<'a> {
         });
         self.iterations.push(iteration);
     }
+}
+
+/// Of all surfaces, in the channel that reflects most.
+fn mean_reflectance(world: &World) -> f64 {
+    let reflected =
+        |face: &Face| face.area * DVec3::from_array(world.materials[face.material as usize].reflectance_rgb);
+    let area: f64 = world.faces.iter().map(|face| face.area).sum();
+    world.faces.iter().map(reflected).sum::<DVec3>().max_element() / area.max(f64::MIN_POSITIVE)
 }
 
 /// Samples that the display mesh has in common with the patches.

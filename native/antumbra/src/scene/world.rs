@@ -34,6 +34,7 @@ pub(crate) struct Face {
 /// Where an object's parts lie in the world's arrays.
 #[derive(Debug, Clone)]
 pub(crate) struct WorldObject {
+    pub(crate) name: String,
     pub(crate) first_vertex: u32,
     pub(crate) faces: std::ops::Range<usize>,
     pub(crate) receives: bool,
@@ -77,7 +78,12 @@ impl World {
             let transform = &object.world_from_object;
             let first_vertex = world.vertices.len() as u32;
             world.vertices.extend(object.positions.iter().map(|&p| transform.transform_point3(p)));
-            world.objects.push(WorldObject { first_vertex, faces: 0..0, receives: object.receives });
+            world.objects.push(WorldObject {
+                name: object.name.clone(),
+                first_vertex,
+                faces: 0..0,
+                receives: object.receives,
+            });
         }
         world.centre();
         for (id, object) in input.objects.iter().enumerate() {

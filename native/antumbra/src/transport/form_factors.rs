@@ -6,6 +6,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::visibility::blockers::{Blockers, TooMany};
 use crate::visibility::rays::visible_share;
@@ -219,6 +220,45 @@ fn split(receivers: &[Receiver], members: &mut [u32], size: usize, clusters: &mu
 }
 
 impl FormFactors<'_> {
+    /// The visible and the unoccluded form factor of points of a polygon.
+    ///
+    /// `seed`: fixes the rays, when there are any.
+    pub(crate) fn of_points(
+        &self,
+        polygon: &ConvexPolygon,
+        receivers: &[Receiver],
+        source: &ConvexPolygon,
+        weight: f64,
+        seed: u64,
+        workspace: &mut Workspace,
+    ) -> SmallVec<[(f64, f64); 16]> {
+        let mut shared = std::mem::take(&mut workspace.shared);
+        let hull = polygon.vertices();
+        let edges: SmallVec<[[usize; 2]; 4]> = (0..hull.len()).map(|k| [k, (k + 1) % hull.len()]).collect();
+        let shaft = Shaft::new(hull, &edges, source, Some((hull[0], polygon.normal())));
+        let candidates = self.candidates(&shaft, &mut shared);
+        let values = (receivers.iter().enumerate())
+            .map(|(k, receiver)| {
+                let seed = seed.wrapping_mul(16).wrapping_add(k as u64);
+                let visible = self.visible(receiver, source, candidates, weight, seed, workspace).value;
+                let open = match candidates {
+                    Candidates::Shared([]) => visible,
+                    _ if faces(receiver, source) => unoccluded_form_factor(receiver, source),
+                    _ => 0.0,
+                };
+                (visible, open)
+            })
+            .collect();
+        workspace.shared = shared;
+        values
+    }
+
+    /// Counts shadow rays that stand for one exchange.
+    pub(crate) fn count_rays(&self, rays: u64) {
+        self.counters.sampled.fetch_add(1, Ordering::Relaxed);
+        self.counters.rays.fetch_add(rays, Ordering::Relaxed);
+    }
+
     /// The form factors of all receivers of a cluster that face a source.
     pub(crate) fn of_cluster(
         &self,

@@ -1,8 +1,15 @@
 //! Light between surfaces.
 
 pub(crate) mod balance;
+mod conjugate_gradients;
+mod enclosure;
+mod exchange;
 pub(crate) mod form_factors;
 pub(crate) mod gather;
+pub(crate) mod hierarchical;
+mod hierarchy;
+mod links;
+pub(crate) mod mode;
 mod overlay;
 mod patches;
 pub(crate) mod shooting;

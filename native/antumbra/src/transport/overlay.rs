@@ -1,14 +1,15 @@
 //! The light that patches get from a refined mesh: exact integrals of its linear elements over each patch.
 //!
 //! Display elements follow the shadows, patches do not (Lischinski, Tampieri, Greenberg 1993 keep the two apart in the
-//! same way). Both are triangles in the plane of a face; every element is clipped down the hierarchy that the patches
-//! are a part of.
+//! same way). Both lie in the plane of a face; every element is clipped down the hierarchy that the patches are a part of.
 
 use glam::{DMat3, DVec3};
 use smallvec::SmallVec;
 
 use crate::index::{ElementId, FaceId};
 use crate::mesh::Mesh;
+use crate::transport::hierarchy::{Hierarchy, NodeId};
+use crate::visibility::ConvexPolygon;
 
 /// What an element of the hierarchy receives: the integral over it in parts of its area, and the extremes, W/m².
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +23,7 @@ impl Received {
     pub(crate) const NOTHING: Self =
         Self { mean: DVec3::ZERO, least: DVec3::INFINITY, most: DVec3::NEG_INFINITY };
 
-    fn include(&mut self, value: DVec3) {
+    pub(crate) fn include(&mut self, value: DVec3) {
         self.least = self.least.min(value);
         self.most = self.most.max(value);
     }
@@ -93,6 +94,62 @@ fn descend(mesh: &Mesh, id: ElementId, outline: &Outline, received: &mut [Option
     descend(mesh, children[3], &middle, received);
 }
 
+/// Spreads a linear display element over the leaves of the surfaces on the front of its face; their means are sums of
+/// integrals, W, until they are divided by the leaves' areas.
+///
+/// `corners`: positions, metres. `values`: W/m².
+pub(crate) fn spread_over_leaves(
+    hierarchy: &Hierarchy,
+    face: FaceId,
+    corners: [DVec3; 3],
+    values: [DVec3; 3],
+    received: &mut [Received],
+) {
+    let outline: Outline =
+        corners.into_iter().zip(values).map(|(place, value)| Point { place, value }).collect();
+    let surfaces = hierarchy.fronts(face);
+    for surface in surfaces {
+        let root = hierarchy.surfaces[surface.index()].node;
+        // A surface that is alone on its face holds all of it.
+        let polygon = hierarchy.node(root).polygon().filter(|_| surfaces.len() > 1);
+        let within = polygon.map_or_else(|| outline.clone(), |polygon| inside(&outline, polygon));
+        descend_to_leaves(hierarchy, root, &within, received);
+    }
+}
+
+fn descend_to_leaves(hierarchy: &Hierarchy, id: NodeId, outline: &Outline, received: &mut [Received]) {
+    if outline.len() < 3 {
+        return;
+    }
+    let node = hierarchy.node(id);
+    if node.is_leaf() {
+        let received = &mut received[id.index()];
+        outline.iter().for_each(|point| received.include(point.value));
+        let Some(polygon) = node.polygon() else { return };
+        received.mean += fan(outline, |a, b| 0.5 * polygon.normal().dot(a.cross(b)).abs());
+        return;
+    }
+    for &part in &node.parts {
+        let Some(polygon) = hierarchy.node(part).polygon() else { continue };
+        descend_to_leaves(hierarchy, part, &inside(outline, polygon), received);
+    }
+}
+
+/// The part of an outline in the plane of a polygon that is inside it.
+fn inside(outline: &Outline, polygon: &ConvexPolygon) -> Outline {
+    let vertices = polygon.vertices();
+    let mut kept = outline.clone();
+    for (k, &from) in vertices.iter().enumerate() {
+        if kept.is_empty() {
+            break;
+        }
+        let to = vertices[(k + 1) % vertices.len()];
+        let inward = polygon.normal().cross(to - from);
+        kept = clipped(&kept, |point| inward.dot(point.place - from));
+    }
+    kept
+}
+
 /// The part of a convex outline where a linear function is not negative.
 fn clipped(outline: &Outline, height: impl Fn(&Point) -> f64) -> Outline {
     let mut kept = Outline::new();
@@ -112,15 +169,19 @@ fn clipped(outline: &Outline, height: impl Fn(&Point) -> f64) -> Outline {
 
 /// The integral of the linear values over the outline, in parts of the hierarchy element's area.
 fn integral(outline: &Outline) -> DVec3 {
+    // Weights of corners 1 and 2 are coordinates in which the element has area one half.
+    fan(outline, |a, b| (a.y * b.z - a.z * b.y).abs())
+}
+
+/// The integral over the triangles about the first corner, of which `area` tells the size from two of their sides.
+fn fan(outline: &Outline, area: impl Fn(DVec3, DVec3) -> f64) -> DVec3 {
     let origin = outline[0];
-    let mut sum = DVec3::ZERO;
-    for pair in outline[1..].windows(2) {
-        let (a, b) = (pair[0].place - origin.place, pair[1].place - origin.place);
-        // Weights of corners 1 and 2 are coordinates in which the element has area one half.
-        let share = (a.y * b.z - a.z * b.y).abs();
-        sum += share * (origin.value + pair[0].value + pair[1].value) / 3.0;
-    }
-    sum
+    (outline[1..].windows(2))
+        .map(|pair| {
+            let mean = (origin.value + pair[0].value + pair[1].value) / 3.0;
+            area(pair[0].place - origin.place, pair[1].place - origin.place) * mean
+        })
+        .sum()
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::index::ElementId;
 use crate::mesh::{Mesh, Sample, Side};
 use crate::monitor::Monitor;
+use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings};
 use crate::transport::balance::Balance;
@@ -301,6 +302,17 @@ impl<'a> Shooting<'a> {
             patch.elements.iter().for_each(|element| radiosity[element.index()] = Some(sides));
         }
         SourceTree::of_patches(&self.mesh, &radiosity)
+    }
+
+    /// For the report.
+    pub(crate) fn summary(&self) -> TransportSummary {
+        TransportSummary {
+            mode: "SHOOTING".to_owned(),
+            elements: self.sources.len(),
+            links: self.shots * self.sources.len(),
+            iterations: self.shots,
+            imbalance: None,
+        }
     }
 
     /// How patches are cut for their light.

@@ -4,6 +4,8 @@
 use glam::DVec3;
 
 use crate::mesh::{Mesh, Side};
+use crate::transport::hierarchy::{Hierarchy, NodeId};
+use crate::transport::links::NodeLight;
 use crate::visibility::ConvexPolygon;
 
 /// A polygon and what it sends from the side of its normal.
@@ -18,7 +20,7 @@ pub(crate) struct LitPolygon {
 #[derive(Debug)]
 pub(crate) struct Node {
     pub(crate) lit: LitPolygon,
-    /// Largest difference between a part's radiosity and the node's, over the channels, W/m².
+    /// How much the radiosity of its parts differs from the node's, over the channels, W/m².
     spread: f64,
     /// Distance of the farthest corner from the centroid, metres.
     radius: f64,
@@ -80,6 +82,44 @@ impl SourceTree {
         // Elements run like their face, whose corners a mirrored object turns the other way.
         let front = polygon.normal().dot(mesh.sample(element.samples[0]).normal) >= 0.0;
         let polygon = if front == (side == Side::Front) { polygon } else { polygon.flipped() };
+        Some(self.push(LitPolygon { polygon, radiosity }, spread, parts))
+    }
+
+    /// The surfaces of a hierarchy and all that they are divided into.
+    pub(crate) fn of_hierarchy(hierarchy: &Hierarchy, light: &NodeLight) -> Self {
+        let mut tree = Self::default();
+        let mut deviations = vec![0.0; hierarchy.nodes.len()];
+        for surface in &hierarchy.surfaces {
+            let root = tree.add_node(hierarchy, surface.node, light, &mut deviations);
+            tree.roots.extend(root);
+        }
+        tree
+    }
+
+    /// Adds a flat node that sends light; none when it does not.
+    ///
+    /// `deviations`: per node that was added, W/m².
+    fn add_node(
+        &mut self,
+        hierarchy: &Hierarchy,
+        id: NodeId,
+        light: &NodeLight,
+        deviations: &mut [f64],
+    ) -> Option<u32> {
+        let node = hierarchy.node(id);
+        let radiosity = light.radiosity[id.index()];
+        let polygon = node.polygon().filter(|_| radiosity != DVec3::ZERO)?.clone();
+        let parts: Vec<u32> =
+            node.parts.iter().filter_map(|&part| self.add_node(hierarchy, part, light, deviations)).collect();
+        // The root of the mean square, not the largest: of light that changes evenly, most is near the mean.
+        let squared = |&part: &NodeId| {
+            let part_light = light.radiosity[part.index()];
+            let deviation = (part_light - radiosity).abs().max_element();
+            let below = deviations[part.index()];
+            hierarchy.node(part).area * (deviation * deviation + below * below)
+        };
+        let spread = (node.parts.iter().map(squared).sum::<f64>() / node.area).sqrt();
+        deviations[id.index()] = spread;
         Some(self.push(LitPolygon { polygon, radiosity }, spread, parts))
     }
 

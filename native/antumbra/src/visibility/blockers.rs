@@ -23,6 +23,10 @@ pub(crate) struct Blockers {
     diagonal: f64,
 }
 
+/// Share of the way between two surfaces that a ray leaves out at each end: far above the rounding of the points and of
+/// the planes that they lie in, far below what could stand in between.
+const OFF_THE_SURFACE: f64 = 1e-9;
+
 /// More candidates than the caller asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooMany;
@@ -42,6 +46,11 @@ impl Blockers {
         boxes.push(Aabb::from_point(whole.max + margin));
         let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
         Self { polygons, tree: Some(tree), diagonal }
+    }
+
+    /// Size of the scene, metres.
+    pub(crate) fn diagonal(&self) -> f64 {
+        self.diagonal
     }
 
     /// All polygons, by index.
@@ -127,6 +136,13 @@ impl Blockers {
             }
         }
         ControlFlow::Continue(())
+    }
+
+    /// Whether nothing lies between two points of surfaces, which block nothing themselves however their points are
+    /// rounded.
+    pub(crate) fn sees(&self, from: DVec3, to: DVec3) -> bool {
+        let step = (to - from) * OFF_THE_SURFACE;
+        !self.blocks_segment(from + step, to - step)
     }
 
     /// Whether any polygon crosses the open segment between two points.

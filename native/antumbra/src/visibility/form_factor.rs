@@ -19,7 +19,7 @@ const QUADRATURE_SIZE: f64 = 0.01;
 
 /// Radon's rule of degree 5 for a triangle (1948): weight and barycentric coordinates of each point.
 /// `a = (6 ∓ √15)/21` has the weight `(155 ∓ √15)/1200`, the centroid 9/40.
-const RADON_RULE: [(f64, [f64; 3]); 7] = {
+pub(crate) const RADON_RULE: [(f64, [f64; 3]); 7] = {
     const A: f64 = 0.101_286_507_323_456_34;
     const B: f64 = 0.470_142_064_105_115_1;
     const WEIGHT_A: f64 = 0.125_939_180_544_827_15;

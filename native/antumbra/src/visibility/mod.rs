@@ -25,6 +25,7 @@ mod polygon;
 pub(crate) mod rays;
 pub(crate) mod shaft;
 
+pub(crate) use form_factor::RADON_RULE;
 pub use form_factor::unoccluded_form_factor;
 pub use hidden::{
     MAX_FRAGMENTS, Scratch, TooManyFragments, Visibility, VisibleFormFactor, visible_form_factor,

@@ -34,7 +34,8 @@ pub(crate) fn visible_share(
             continue;
         }
         total += weight;
-        if !blockers.blocks_segment(receiver.position, point) {
+        // The source may be a surface, which does not block its own light however the point on it is rounded.
+        if blockers.sees(receiver.position, point) {
             visible += weight;
         }
     }
@@ -42,7 +43,7 @@ pub(crate) fn visible_share(
 }
 
 /// A point of the polygon, uniform in area: `u` picks a triangle of its fan, then both fold into the triangle.
-fn point_on(polygon: &ConvexPolygon, [u, v]: [f64; 2]) -> DVec3 {
+pub(crate) fn point_on(polygon: &ConvexPolygon, [u, v]: [f64; 2]) -> DVec3 {
     let vertices = polygon.vertices();
     let apex = vertices[0];
     let double_area = |i: usize| (vertices[i] - apex).cross(vertices[i + 1] - apex).dot(polygon.normal());
@@ -59,13 +60,14 @@ fn point_on(polygon: &ConvexPolygon, [u, v]: [f64; 2]) -> DVec3 {
 }
 
 /// Steele, Lea and Flood's splitmix64: neighbouring seeds give unrelated values.
-fn splitmix(seed: u64) -> u64 {
+pub(crate) fn splitmix(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)
 }
 
-fn unit(bits: u64) -> f64 {
+/// From 64 random bits to a number in 0..1.
+pub(crate) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }

@@ -1,0 +1,92 @@
+//! All links as one symmetric operator: radiosity of the leaves in, irradiance of the leaves out.
+//!
+//! Radiosity is averaged up the hierarchy, exchanged over the links, and what arrives is handed down (Hanrahan, Salzman,
+//! Aupperle 1991: push and pull). With areas as weights the operator is its own transpose.
+//!
+//! Where no light escapes, everything that a leaf sends must arrive: a row that sums to 1 - d makes an error of
+//! d·rho/(1 - rho). Leaves of closed enclosures therefore get factors, the same for sending and receiving, that make all
+//! rows sum to 1 (Sinkhorn 1964; for symmetric matrices Ruiz 2001); in the open no row may sum to more.
+
+use glam::DVec3;
+
+use crate::transport::hierarchy::Hierarchy;
+use crate::transport::links::Link;
+
+/// Steps of the scaling. Each leaves about the square root of the defect that links of few points have; tens suffice.
+const MOST_STEPS: usize = 300;
+
+/// Defect of a row that cannot be told from rounding of its sum.
+const CLOSED: f64 = 2e-15;
+
+/// A factor outside of this range does not correct a quadrature but hides a mistake.
+const FACTORS: [f64; 2] = [0.25, 4.0];
+
+/// The exchange of light between the leaves of a hierarchy.
+pub(crate) struct Exchange<'a> {
+    hierarchy: &'a Hierarchy,
+    links: &'a [Link],
+    /// Per node, used for leaves.
+    factors: Vec<f64>,
+}
+
+impl<'a> Exchange<'a> {
+    /// The exchange as it was estimated.
+    pub(crate) fn new(hierarchy: &'a Hierarchy, links: &'a [Link]) -> Self {
+        Self { hierarchy, links, factors: vec![1.0; hierarchy.nodes.len()] }
+    }
+
+    /// Restores the row sums.
+    ///
+    /// `closed`: per node, whether it is a leaf from which no light escapes.
+    pub(crate) fn close(&mut self, closed: &[bool]) {
+        for _ in 0..MOST_STEPS {
+            let sums = self.row_sums();
+            let mut worst = 0.0_f64;
+            for (index, node) in self.hierarchy.nodes.iter().enumerate() {
+                let sum = sums[index];
+                if !node.is_leaf() || sum <= 0.0 || !(closed[index] || sum > 1.0) {
+                    continue;
+                }
+                worst = worst.max((sum - 1.0).abs());
+                self.factors[index] = (self.factors[index] / sum.sqrt()).clamp(FACTORS[0], FACTORS[1]);
+            }
+            if worst <= CLOSED {
+                break;
+            }
+        }
+    }
+
+    /// What share of what a leaf sends arrives anywhere.
+    fn row_sums(&self) -> Vec<f64> {
+        self.apply(&vec![DVec3::ONE; self.hierarchy.nodes.len()]).into_iter().map(|sum| sum.x).collect()
+    }
+
+    /// Irradiance of every leaf. Other entries have no meaning, and those of `radiosity` do not matter. W/m².
+    pub(crate) fn apply(&self, radiosity: &[DVec3]) -> Vec<DVec3> {
+        let nodes = &self.hierarchy.nodes;
+        let mut sent = vec![DVec3::ZERO; nodes.len()];
+        for (index, node) in nodes.iter().enumerate().rev() {
+            sent[index] = if node.is_leaf() {
+                self.factors[index] * radiosity[index]
+            } else {
+                node.parts.iter().map(|part| sent[part.index()] * nodes[part.index()].area).sum::<DVec3>()
+                    / node.area
+            };
+        }
+        let mut arrived = vec![DVec3::ZERO; nodes.len()];
+        for Link { ends: [a, b], exchange, .. } in self.links {
+            let (a, b) = (a.index(), b.index());
+            arrived[a] += (exchange / nodes[a].area) * sent[b];
+            arrived[b] += (exchange / nodes[b].area) * sent[a];
+        }
+        for (index, node) in nodes.iter().enumerate() {
+            let here = arrived[index];
+            if node.is_leaf() {
+                arrived[index] = self.factors[index] * here;
+            } else {
+                node.parts.iter().for_each(|part| arrived[part.index()] += here);
+            }
+        }
+        arrived
+    }
+}

@@ -1,0 +1,400 @@
+//! The exchange of light by links between nodes of a hierarchy, solved for all bounces at once (Hanrahan, Salzman,
+//! Aupperle 1991, with clusters after Smits, Arvo, Greenberg 1994).
+//!
+//! Where shooting (the paper, §1) sends light from one patch at a time, here all of it is in one symmetric system that
+//! conjugate gradients solve for any reflectance. What emitters bring comes from the display mesh, which knows the
+//! shadows; what surfaces reflect is exchanged over links that are as coarse as the wanted error allows.
+//!
+//! **Guaranteed.** Where no light escapes, none is lost: what is absorbed equals what is emitted to rounding. A closed
+//! space that reflects everything and is lit has no solution and is refused by name.
+
+use glam::DVec3;
+
+use crate::display::{Display, baked_area};
+use crate::error::Error;
+use crate::index::FaceId;
+use crate::mesh::Side;
+use crate::monitor::Monitor;
+use crate::report::TransportSummary;
+use crate::scene::world::World;
+use crate::settings::{Quantity, Settings};
+use crate::transport::conjugate_gradients::solve;
+use crate::transport::enclosure::{closed, escaping, spaces};
+use crate::transport::exchange::Exchange;
+use crate::transport::form_factors::FormFactors;
+use crate::transport::gather::Gather;
+use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
+use crate::transport::links::{Links, NodeLight, Wanted, quadrature};
+use crate::transport::overlay::{Received, spread_over_leaves};
+use crate::transport::shooting::PatchMesh;
+use crate::transport::source_tree::SourceTree;
+use crate::transport::sources::Emitters;
+use crate::visibility::Receiver;
+
+/// Edge of the smallest element, in patches: enough for a lamp that touches a wall.
+const SMALLEST: f64 = 1.0 / 16.0;
+
+/// Times that the links are refined: each solution tells what light there is to link for. The second seldom adds a tenth.
+const MOST_ROUNDS: usize = 3;
+
+/// Growth of the number of links below which another round is not worth its solution.
+const SETTLED: f64 = 1.1;
+
+/// Links that memory has room for: 400 MB of them, and as much for their making.
+const MOST_LINKS: usize = 6_000_000;
+
+/// Share of the wanted error over all baked surfaces that a single link may make: for an estimate, and for good. Errors of
+/// links are independent, so a hundred of them make the wanted error. On the Cornell box half of it doubles the links and
+/// changes the light by less than their error.
+const ESTIMATE: f64 = 0.4;
+const FINAL: f64 = 0.1;
+
+/// Points at which emitters' light is computed on a leaf that is not displayed: a rule of two along each side.
+const RULE: usize = 2;
+
+/// What reaches an emitter's surroundings may differ from what it emits by this share, by the interpolation of light on
+/// the display mesh; more means that it was not all counted.
+const INTERPOLATION: f64 = 0.05;
+
+/// Absorbed share of a closed space's light below which it has no solution: rounding of 1 - rho.
+const ABSORBS_NOTHING: f64 = 1e-12;
+
+/// Objects that an error names, at most.
+const MOST_NAMES: usize = 5;
+
+/// The state of a solution by links.
+pub(crate) struct Hierarchical<'a> {
+    world: &'a World,
+    settings: &'a Settings,
+    monitor: &'a Monitor,
+    form_factors: &'a FormFactors<'a>,
+    emitters: &'a Emitters,
+    hierarchy: Hierarchy,
+    links: Links,
+    light: NodeLight,
+    /// Per node, of leaves: what emitters bring.
+    direct: Vec<Received>,
+    /// Mean radiosity that the baked surfaces show, W/m².
+    mean_shown: f64,
+    iterations: usize,
+    /// |absorbed - emitted| / emitted where all lit spaces are closed.
+    imbalance: Option<f64>,
+}
+
+impl<'a> Hierarchical<'a> {
+    /// A first estimate of all light, from a hierarchy over the roots of a mesh, in elements of the size of patches.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
+    pub(crate) fn new(
+        world: &'a World,
+        settings: &'a Settings,
+        monitor: &'a Monitor,
+        form_factors: &'a FormFactors<'a>,
+        emitters: &'a Emitters,
+        patches: &PatchMesh,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self, Error> {
+        let PatchMesh { mesh, patch_size, .. } = patches;
+        let hierarchy = Hierarchy::new(world, mesh, *patch_size, (SMALLEST * patch_size).powi(2));
+        let mut this = Self {
+            world,
+            settings,
+            monitor,
+            form_factors,
+            emitters,
+            links: Links::new(&hierarchy),
+            hierarchy,
+            light: NodeLight::default(),
+            direct: Vec::new(),
+            mean_shown: 0.0,
+            iterations: 0,
+            imbalance: None,
+        };
+        this.gather_direct(None, ends)?;
+        this.propagate(&this.reflected_direct());
+        this.mean_shown = this.mean_of(&this.irradiance_of_direct());
+        this.exchange(ESTIMATE, None, ends)?;
+        Ok(this)
+    }
+
+    /// Once the display mesh knows the emitters' light: takes it over and solves for the rest.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub(crate) fn solve(&mut self, display: &Display, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
+        self.gather_direct(Some(display), ends)?;
+        self.exchange(FINAL, Some(display), ends)
+    }
+
+    /// Refines the links until they err by no more than a share of the wanted error, solving in between.
+    fn exchange(
+        &mut self,
+        share: f64,
+        display: Option<&Display>,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), Error> {
+        let area = baked_area(self.world);
+        for _ in 0..MOST_ROUNDS {
+            let wanted_error = self.wanted_error();
+            let tolerance = share * wanted_error * area.sqrt();
+            let before = self.links.links.len();
+            let wanted = Wanted { error: wanted_error, per_link: tolerance, most: MOST_LINKS };
+            self.links.refine(&mut self.hierarchy, &mut self.light, self.form_factors, wanted, ends);
+            self.monitor.check()?;
+            self.gather_direct(display, ends)?;
+            self.solve_system()?;
+            if self.links.links.len() as f64 <= SETTLED * before as f64 || ends() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds what emitters bring to every leaf: from the display mesh where it shows that side, otherwise from points.
+    fn gather_direct(
+        &mut self,
+        display: Option<&Display>,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), Error> {
+        let hierarchy = &self.hierarchy;
+        let mut direct = vec![Received::NOTHING; hierarchy.nodes.len()];
+        let shown = |node: &Node| {
+            display.is_some()
+                && hierarchy.surface(node).is_some_and(|s| {
+                    s.side == Side::Front && s.faces.iter().all(|&face| self.world.receives(face))
+                })
+        };
+        if let Some(display) = display {
+            let corners = |face: FaceId| self.world.corners(&self.world.faces[face.index()]);
+            display.for_each_direct(|face, places, values| {
+                let [a, b, c] = corners(face);
+                let positions = places.map(|w| w.x * a + w.y * b + w.z * c);
+                spread_over_leaves(hierarchy, face, positions, values, &mut direct);
+            });
+        }
+        let mut points: Vec<(NodeId, f64)> = Vec::new();
+        let mut receivers = Vec::new();
+        for id in hierarchy.leaves() {
+            let node = hierarchy.node(id);
+            let Some(polygon) = node.polygon() else { continue };
+            if shown(node) {
+                direct[id.index()].mean /= node.area;
+                continue;
+            }
+            for (position, share) in quadrature(polygon, RULE) {
+                points.push((id, share));
+                receivers.push(Receiver { position, normal: polygon.normal() });
+            }
+        }
+        let seeds: Vec<u64> = (0..receivers.len() as u64).collect();
+        let gather = Gather {
+            form_factors: self.form_factors,
+            monitor: self.monitor,
+            sources: &self.emitters.tree,
+            wanted_error: self.wanted_error(),
+            ends,
+        };
+        for ((id, share), arrived) in points.into_iter().zip(gather.at(&receivers, &seeds)?) {
+            let received = &mut direct[id.index()];
+            received.mean += share * arrived.irradiance;
+            received.include(arrived.irradiance);
+        }
+        self.direct = direct;
+        Ok(())
+    }
+
+    /// Solves for the radiosity of all leaves over the links as they are.
+    fn solve_system(&mut self) -> Result<(), Error> {
+        let nodes = &self.hierarchy.nodes;
+        let spaces = spaces(&self.hierarchy, &self.links.links);
+        let lit = |index: usize| {
+            self.direct[index].mean != DVec3::ZERO || self.light.radiosity[index] != DVec3::ZERO
+        };
+        let closed = closed(&self.hierarchy, &spaces, lit, self.form_factors.blockers);
+        self.refuse_endless_light(&spaces, &closed)?;
+        let mut exchange = Exchange::new(&self.hierarchy, &self.links.links);
+        exchange.close(&closed);
+
+        let leaf = |index: usize| nodes[index].is_leaf();
+        let areas: Vec<f64> = (0..nodes.len()).map(|i| if leaf(i) { nodes[i].area } else { 0.0 }).collect();
+        let reflectance: Vec<DVec3> = (nodes.iter())
+            .map(|node| self.hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.reflectance))
+            .collect();
+        let mut arriving = self.irradiance_of_direct();
+        let emitted = self.emitted_inside(&closed);
+        if let Some(emitted) = emitted {
+            conserve(&mut arriving, &areas, emitted);
+        }
+        let solution = solve(|b| exchange.apply(b), &areas, &reflectance, &arriving);
+        self.iterations = solution.iterations;
+        let indirect = exchange.apply(&solution.radiosity);
+        let irradiance: Vec<DVec3> =
+            arriving.iter().zip(&indirect).map(|(direct, rest)| *direct + *rest).collect();
+        self.imbalance = emitted.map(|emitted| {
+            let absorbed: DVec3 =
+                (0..nodes.len()).map(|i| areas[i] * (DVec3::ONE - reflectance[i]) * irradiance[i]).sum();
+            let lost = (absorbed - emitted).abs() / emitted;
+            DVec3::select(emitted.cmpgt(DVec3::ZERO), lost, DVec3::ZERO).max_element()
+        });
+        self.mean_shown = self.mean_of(&irradiance);
+        // Once more, so that what gets nothing has exactly nothing.
+        let radiosity: Vec<DVec3> = reflectance.iter().zip(&irradiance).map(|(rho, h)| *rho * *h).collect();
+        self.propagate(&radiosity);
+        Ok(())
+    }
+
+    /// What emitters send into closed spaces, W, when they send to nowhere else that is open.
+    fn emitted_inside(&self, closed: &[bool]) -> Option<DVec3> {
+        let lit =
+            |index: usize| self.direct[index].mean != DVec3::ZERO && self.hierarchy.nodes[index].is_leaf();
+        if !(0..closed.len()).all(|index| closed[index] || !lit(index)) || !closed.iter().any(|&c| c) {
+            return None;
+        }
+        let mut inside = DVec3::ZERO;
+        for (index, lamp) in self.emitters.polygons.iter().enumerate() {
+            // The outside of a room that emits on both sides lights nothing.
+            if escaping(&[&lamp.polygon], self.form_factors.blockers, index as u64) == 0 {
+                inside += lamp.radiosity * lamp.polygon.area();
+            }
+        }
+        Some(inside)
+    }
+
+    /// Refuses a closed space that absorbs nothing of the light emitted into it.
+    fn refuse_endless_light(&self, spaces: &[u32], closed: &[bool]) -> Result<(), Error> {
+        let nodes = &self.hierarchy.nodes;
+        let mut absorbing = vec![DVec3::ZERO; nodes.len()];
+        let mut arriving = vec![DVec3::ZERO; nodes.len()];
+        let mut area = vec![0.0; nodes.len()];
+        for (index, node) in nodes.iter().enumerate().filter(|(index, _)| closed[*index]) {
+            let Some(surface) = self.hierarchy.surface(node) else { continue };
+            let space = spaces[index] as usize;
+            absorbing[space] += node.area * (DVec3::ONE - surface.reflectance);
+            arriving[space] += node.area * self.direct[index].mean;
+            area[space] += node.area;
+        }
+        let endless = |space: usize| {
+            let nothing = absorbing[space].cmple(DVec3::splat(ABSORBS_NOTHING * area[space]));
+            area[space] > 0.0 && (nothing & arriving[space].cmpgt(DVec3::ZERO)).any()
+        };
+        let Some(space) = (0..nodes.len()).find(|&space| endless(space)) else { return Ok(()) };
+        let mut surfaces: Vec<String> = Vec::new();
+        for (index, node) in
+            nodes.iter().enumerate().filter(|(i, _)| closed[*i] && spaces[*i] as usize == space)
+        {
+            debug_assert!(nodes[index].is_leaf());
+            let Some(surface) = self.hierarchy.surface(node) else { continue };
+            let object = self.world.faces[surface.faces[0].index()].object;
+            let name = &self.world.objects[object.index()].name;
+            if !surfaces.contains(name) {
+                surfaces.push(name.clone());
+            }
+        }
+        surfaces.sort();
+        Err(Error::EndlessLight { surfaces: named(&surfaces) })
+    }
+
+    /// Tells all nodes the light of the leaves below them.
+    fn propagate(&mut self, radiosity_of_leaves: &[DVec3]) {
+        let nodes = &self.hierarchy.nodes;
+        let mut light = NodeLight {
+            radiosity: radiosity_of_leaves.to_vec(),
+            spread: vec![DVec3::ZERO; nodes.len()],
+            reflectance: vec![DVec3::ZERO; nodes.len()],
+        };
+        for (index, node) in nodes.iter().enumerate().rev() {
+            if let Some(surface) = self.hierarchy.surface(node) {
+                light.reflectance[index] = surface.reflectance;
+            }
+            if node.is_leaf() {
+                let Received { least, most, .. } = self.direct[index];
+                let difference = if least.is_finite() { most - least } else { DVec3::ZERO };
+                light.spread[index] = 0.5 * light.reflectance[index] * difference;
+                continue;
+            }
+            let mean = |values: &[DVec3]| {
+                node.parts.iter().map(|part| nodes[part.index()].area * values[part.index()]).sum::<DVec3>()
+                    / node.area
+            };
+            light.radiosity[index] = mean(&light.radiosity);
+            light.reflectance[index] = mean(&light.reflectance);
+            let here = light.radiosity[index];
+            light.spread[index] = (node.parts.iter())
+                .map(|part| (light.radiosity[part.index()] - here).abs() + light.spread[part.index()])
+                .fold(DVec3::ZERO, DVec3::max);
+        }
+        self.light = light;
+    }
+
+    fn irradiance_of_direct(&self) -> Vec<DVec3> {
+        self.direct.iter().map(|received| received.mean).collect()
+    }
+
+    fn reflected_direct(&self) -> Vec<DVec3> {
+        (self.hierarchy.nodes.iter().zip(&self.direct))
+            .map(|(node, received)| {
+                self.hierarchy
+                    .surface(node)
+                    .map_or(DVec3::ZERO, |surface| surface.reflectance * received.mean)
+            })
+            .collect()
+    }
+
+    /// Mean radiosity that the baked surfaces show, over the channels, W/m².
+    fn mean_of(&self, irradiance: &[DVec3]) -> f64 {
+        let white = self.settings.quantity == Quantity::Irradiance;
+        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+        for id in self.hierarchy.leaves() {
+            let node = self.hierarchy.node(id);
+            let Some(surface) = self.hierarchy.surface(node).filter(|surface| surface.receives) else {
+                continue;
+            };
+            let reflectance = if white { DVec3::ONE } else { surface.reflectance };
+            sum += node.area * reflectance * irradiance[id.index()];
+            area += node.area;
+        }
+        if area > 0.0 { sum.element_sum() / (3.0 * area) } else { 0.0 }
+    }
+
+    /// The error that the user wants, W/m².
+    pub(crate) fn wanted_error(&self) -> f64 {
+        self.settings.tolerance * self.mean_shown
+    }
+
+    /// What surfaces reflect, from coarse to fine.
+    pub(crate) fn lit(&self) -> SourceTree {
+        SourceTree::of_hierarchy(&self.hierarchy, &self.light)
+    }
+
+    /// For the report.
+    pub(crate) fn summary(&self) -> TransportSummary {
+        TransportSummary {
+            mode: "HIERARCHICAL".to_owned(),
+            elements: self.hierarchy.leaves().count(),
+            links: self.links.links.len(),
+            iterations: self.iterations,
+            imbalance: self.imbalance,
+        }
+    }
+}
+
+/// Interpolated light holds a little more or less than was emitted; where none can escape, it is set right.
+fn conserve(arriving: &mut [DVec3], areas: &[f64], emitted: DVec3) {
+    let landed: DVec3 = arriving.iter().zip(areas).map(|(h, area)| *h * *area).sum();
+    for k in 0..3 {
+        let factor = emitted[k] / landed[k];
+        if (factor - 1.0).abs() < INTERPOLATION {
+            for h in arriving.iter_mut() {
+                h[k] *= factor;
+            }
+        }
+    }
+}
+
+/// “A”, “B” and 3 more.
+fn named(names: &[String]) -> String {
+    let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("“{name}”")).collect();
+    let more = names.len().saturating_sub(MOST_NAMES);
+    if more == 0 { shown.join(", ") } else { format!("{} and {more} more", shown.join(", ")) }
+}

@@ -1,0 +1,80 @@
+//! The two ways to exchange light, behind one front.
+
+use glam::DVec3;
+
+use crate::report::TransportSummary;
+use crate::transport::hierarchical::Hierarchical;
+use crate::transport::shooting::Shooting;
+use crate::transport::source_tree::SourceTree;
+
+/// A solution on its way, one way or the other.
+pub(crate) enum Solution<'a> {
+    Shooting(Box<Shooting<'a>>),
+    Hierarchical(Box<Hierarchical<'a>>),
+}
+
+impl Solution<'_> {
+    /// The error that the user wants, W/m².
+    pub(crate) fn wanted_error(&self) -> f64 {
+        match self {
+            Self::Shooting(shooting) => shooting.wanted_error(),
+            Self::Hierarchical(hierarchical) => hierarchical.wanted_error(),
+        }
+    }
+
+    /// Direct light at the first samples of the display mesh that is known, front, W/m².
+    pub(crate) fn direct_at(&self, samples: usize) -> Vec<DVec3> {
+        match self {
+            Self::Shooting(shooting) => shooting.direct_at(samples),
+            Self::Hierarchical(_) => Vec::new(),
+        }
+    }
+
+    /// Indirect light at the first samples of the display mesh that is known, front, W/m².
+    pub(crate) fn indirect_at(&self, samples: usize) -> Vec<DVec3> {
+        match self {
+            Self::Shooting(shooting) => shooting.indirect_at(samples),
+            Self::Hierarchical(_) => Vec::new(),
+        }
+    }
+
+    /// What surfaces reflect.
+    pub(crate) fn lit(&self) -> SourceTree {
+        match self {
+            Self::Shooting(shooting) => shooting.lit(),
+            Self::Hierarchical(hierarchical) => hierarchical.lit(),
+        }
+    }
+
+    /// What the indirect light must be scaled by to hold the light that was never sent.
+    pub(crate) fn closing_factor(&self) -> DVec3 {
+        match self {
+            Self::Shooting(shooting) => shooting.closing_factor(),
+            Self::Hierarchical(_) => DVec3::ONE,
+        }
+    }
+
+    /// Share of all light that has not arrived yet.
+    pub(crate) fn remaining(&self) -> f64 {
+        match self {
+            Self::Shooting(shooting) => shooting.remaining(),
+            Self::Hierarchical(_) => 0.0,
+        }
+    }
+
+    /// Sources that have sent their light one by one.
+    pub(crate) fn shots(&self) -> usize {
+        match self {
+            Self::Shooting(shooting) => shooting.shots,
+            Self::Hierarchical(_) => 0,
+        }
+    }
+
+    /// For the report.
+    pub(crate) fn summary(&self) -> TransportSummary {
+        match self {
+            Self::Shooting(shooting) => shooting.summary(),
+            Self::Hierarchical(hierarchical) => hierarchical.summary(),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Light between surfaces: what links and conjugate gradients must give for every reflectance, and that the paper's way,
+//! shooting, agrees.
+
+mod common;
+
+use antumbra::Error;
+use antumbra::settings::{Settings, Transport};
+use common::baked::{all_light, assert_sound};
+use common::scene::{Scene, adaptive, arriving, lamp};
+use common::shape::Shape;
+use glam::{DMat4, DQuat, DVec3};
+
+fn by_links() -> Settings {
+    Settings { transport: Transport::Hierarchical, ..adaptive() }
+}
+
+fn by_shooting() -> Settings {
+    Settings { transport: Transport::Shooting, ..adaptive() }
+}
+
+/// A cube of 1 m whose walls reflect and emit alike.
+fn furnace(reflectance: f64) -> Scene {
+    let mut scene = Scene::default();
+    let wall = scene.material(reflectance, 1.0);
+    scene.object("furnace", Shape::room(DVec3::ONE), wall);
+    scene
+}
+
+/// A closed room of walls from black to nearly white with a box in it, lit from below its ceiling.
+fn room() -> Scene {
+    let mut scene = Scene::default();
+    let walls: Vec<u32> =
+        [0.0, 0.3, 0.6, 0.8, 0.9, 0.99].into_iter().map(|rho| scene.material(rho, 0.0)).collect();
+    let shell = scene.object("walls", Shape::room(DVec3::new(3.0, 4.0, 2.5)), walls[0]);
+    for (index, material) in shell.triangle_materials.iter_mut().enumerate() {
+        *material = walls[index / 2];
+    }
+    scene.input.materials[2].reflectance_rgb = [0.9, 0.5, 0.1];
+    let place = DMat4::from_rotation_translation(DQuat::from_rotation_z(0.5), DVec3::new(1.8, 2.5, 0.5));
+    scene.object("box", Shape::cuboid(DVec3::ZERO, DVec3::new(0.5, 0.3, 0.3)), walls[3]).world_from_object =
+        place;
+    scene.light(&lamp(DVec3::new(1.2, 2.0, 2.3), 0.3), 10.0);
+    scene
+}
+
+/// B = E/(1 - rho) for every reflectance, after few iterations.
+#[test]
+fn a_furnace_is_right_however_much_it_reflects() {
+    for reflectance in [0.0, 0.5, 0.9, 0.99, 0.999, 0.999_999] {
+        let scene = furnace(reflectance);
+        let bake = scene.bake(&by_links());
+        let expected = 1.0 / (1.0 - reflectance);
+        let error = |light: DVec3| (light / expected - 1.0).abs().max_element();
+        let worst = all_light(&bake).map(error).fold(0.0, f64::max);
+        let transport = &bake.report.result.transport;
+        println!("rho {reflectance}: off by {worst:.1e}, {} iterations", transport.iterations);
+        assert!(worst <= 1e-6, "rho {reflectance}: off by {worst:e}");
+        assert!(transport.iterations <= 20, "rho {reflectance}: {} iterations", transport.iterations);
+    }
+}
+
+#[test]
+fn a_closed_room_absorbs_exactly_what_is_emitted() {
+    let scene = room();
+    let bake = scene.bake(&arriving(by_links()));
+    assert_sound(&scene.input, &bake);
+    let imbalance = bake.report.result.transport.imbalance.expect("the room is closed");
+    println!("|absorbed - emitted| / emitted = {imbalance:.1e}");
+    assert!(imbalance <= 1e-9, "{imbalance:e} of the light is lost");
+}
+
+#[test]
+fn an_open_room_is_not_said_to_keep_its_light() {
+    let mut scene = room();
+    scene.input.objects[0].triangles.truncate(10);
+    scene.input.objects[0].triangle_materials.truncate(10);
+    assert_eq!(scene.bake(&by_links()).report.result.transport.imbalance, None);
+}
+
+#[test]
+fn a_closed_room_that_reflects_everything_is_refused_by_name() {
+    let Err(Error::EndlessLight { surfaces }) = furnace(1.0).try_bake(&by_links()) else {
+        panic!("it has no solution")
+    };
+    assert_eq!(surfaces, "“furnace”");
+    // One channel is enough
+    let mut scene = furnace(0.5);
+    scene.input.materials[0].reflectance_rgb = [0.5, 1.0, 0.5];
+    assert!(matches!(scene.try_bake(&by_links()), Err(Error::EndlessLight { .. })));
+    // Not where nothing is emitted in it
+    scene.input.materials[0].exitance_rgb = [1.0, 0.0, 1.0];
+    let lights: Vec<DVec3> = all_light(&scene.bake(&by_links())).collect();
+    assert!(lights.iter().all(|light| light.y == 0.0 && (light.x - 2.0).abs() < 2e-6));
+}
+
+#[test]
+fn what_reflects_everything_in_the_open_is_fine() {
+    let mut scene = Scene::default();
+    let mirror_white = scene.material(1.0, 0.0);
+    scene.object("floor", Shape::square(DVec3::ZERO, 1.0), mirror_white);
+    scene.object("cube", Shape::cuboid(DVec3::Z * 0.3, DVec3::splat(0.3)), mirror_white);
+    scene.light(&lamp(DVec3::Z * 2.0, 0.3), 10.0);
+    let bake = scene.bake(&by_links());
+    assert_sound(&scene.input, &bake);
+    let brightest = all_light(&bake).map(DVec3::max_element).fold(0.0, f64::max);
+    assert!(brightest > 0.1 && brightest < 10.0, "{brightest}");
+}
+
+/// Means over the baked surfaces of a room by both ways.
+#[test]
+fn shooting_and_links_agree() {
+    let scene = room();
+    let mean = |settings: &Settings| {
+        let bake = scene.bake(settings);
+        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+        for mesh in &bake.meshes {
+            for (triangle, colours) in mesh.triangles.iter().zip(&mesh.corner_radiance) {
+                let size = common::baked::area(triangle.map(|v| mesh.positions[v as usize]));
+                sum += size * colours.map(common::baked::light).into_iter().sum::<DVec3>() / 3.0;
+                area += size;
+            }
+        }
+        sum / area
+    };
+    let (links, shots) = (mean(&arriving(by_links())), mean(&arriving(by_shooting())));
+    println!("by links {links}, by shooting {shots}");
+    assert!((links / shots - 1.0).abs().max_element() < 0.015, "{links} and {shots}");
+}
+
+#[test]
+fn the_report_says_which_way_was_taken() {
+    let mode =
+        |transport| furnace(0.5).bake(&Settings { transport, ..adaptive() }).report.result.transport.mode;
+    assert_eq!(mode(Transport::Auto), "HIERARCHICAL");
+    assert_eq!(mode(Transport::Shooting), "SHOOTING");
+}
