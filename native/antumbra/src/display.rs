@@ -184,9 +184,9 @@ fn samples_of<'m>(mesh: &'m DisplayMesh) -> &'m [Sample] {
 
 /// The light on the fronts of some samples.
 fn gathered(gather: &Gather, samples: &[Sample], wanted: &[usize]) -> Result<Vec<DVec3>, Error> {
-    let receivers: Vec<_> = wanted.iter().map(|&index| samples[index].receiver(Side::Front)).collect();
+    let approaches: Vec<_> = wanted.iter().map(|&index| samples[index].approach(Side::Front)).collect();
     let seeds: Vec<u64> = wanted.iter().map(|&index| 2 * index as u64).collect();
-    Ok(gather.at(&receivers, &seeds)?.into_iter().map(|arrived| arrived.irradiance).collect())
+    Ok(gather.limits(&approaches, &seeds)?.into_iter().map(|arrived| arrived.irradiance).collect())
 }
 
 /// Area of everything that is baked, m².
@@ -196,3 +196,6 @@ pub(crate) fn baked_area(world: &World) -> f64 {
         .map(|(_, face)| face.area)
         .sum()
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::adapt::refinement::{Leaf, Refinable};
 use crate::index::ElementId;
-use crate::mesh::{Mesh, Quartering, Sample, edge_key};
+use crate::mesh::{Quartering, Sample};
 use crate::visibility::Receiver;
 
 impl Refinable for Quartering<'_> {
@@ -29,15 +29,13 @@ impl Refinable for Quartering<'_> {
     }
 
     fn middle(&self, id: ElementId, edge: usize) -> Sample {
-        let Mesh { vertices, .. } = &self.mesh;
         let element = self.mesh.element(id);
-        let (a, b) = edge_key(element.samples[edge], element.samples[(edge + 1) % 3]);
-        if let Some(existing) = self.mesh.sample_midpoint(a, b) {
+        let [from, to, opposite] = [edge, (edge + 1) % 3, (edge + 2) % 3];
+        let ends = [element.samples[from], element.samples[to]];
+        if let Some(existing) = self.mesh.sample_midpoint(ends[0], ends[1]) {
             return self.mesh.sample(existing).clone();
         }
-        let [from, to, opposite] =
-            [edge, edge + 1, edge + 2].map(|i| vertices[element.vertices[i % 3].index()].position);
-        self.mesh.middle_sample([a, b], 0.5 * (from + to), opposite)
+        self.mesh.middle_sample(ends, [from, to, opposite].map(|k| element.vertices[k]))
     }
 
     fn centroid(&self, id: ElementId) -> Receiver {

@@ -321,10 +321,10 @@ impl Refinement<'_> {
     ) -> Result<(), Error> {
         wanted.sort_by_key(|(edge, _)| *edge);
         wanted.dedup_by_key(|(edge, _)| *edge);
-        let receivers: Vec<_> = wanted.iter().map(|(_, sample)| sample.receiver(Side::Front)).collect();
+        let approaches: Vec<_> = wanted.iter().map(|(_, sample)| sample.approach(Side::Front)).collect();
         let seeds: Vec<u64> =
             wanted.iter().map(|((a, b), _)| ((a.index() as u64) << 32) | b.index() as u64).collect();
-        let arrived = self.gather.at(&receivers, &seeds)?;
+        let arrived = self.gather.limits(&approaches, &seeds)?;
         if (self.gather.ends)() {
             // What was not computed must not pass for darkness.
             return Ok(());

@@ -4,6 +4,7 @@
 //! One sample serves the group; a crease separates groups.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::index::SampleId;
 use crate::mesh::{ONE_SIDED_STEP, Sample};
@@ -15,6 +16,29 @@ struct Group {
     normal: DVec3,
     towards_centroids: DVec3,
     corners: u32,
+    rim: Rim,
+}
+
+/// The edges from a vertex that only one of the corners around it has so far, by their other ends. Empty once the
+/// corners lie all around the vertex.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rim(SmallVec<[u32; 4]>);
+
+impl Rim {
+    /// Adds a corner, given the other ends of its two edges.
+    pub(super) fn add(&mut self, ends: [u32; 2]) {
+        for end in ends {
+            if let Some(at) = self.0.iter().position(|&open| open == end) {
+                self.0.swap_remove(at);
+            } else {
+                self.0.push(end);
+            }
+        }
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        !self.0.is_empty()
+    }
 }
 
 /// The samples of a scene's faces before any subdivision, and for every face its corners' samples.
@@ -35,12 +59,19 @@ pub(super) fn group_corners(world: &World) -> (Vec<Sample>, Vec<[SampleId; 3]>) 
                 at = previous[group];
             }
             let group = at.unwrap_or_else(|| {
-                groups.push(Group { vertex, normal, towards_centroids: DVec3::ZERO, corners: 0 });
+                groups.push(Group {
+                    vertex,
+                    normal,
+                    towards_centroids: DVec3::ZERO,
+                    corners: 0,
+                    rim: Rim::default(),
+                });
                 previous.push(newest[vertex as usize].replace(groups.len() - 1));
                 groups.len() - 1
             });
             groups[group].towards_centroids += centroid - corners[k];
             groups[group].corners += 1;
+            groups[group].rim.add([face.vertices[(k + 1) % 3], face.vertices[(k + 2) % 3]]);
             SampleId::new(group)
         }));
     }
@@ -50,6 +81,7 @@ pub(super) fn group_corners(world: &World) -> (Vec<Sample>, Vec<[SampleId; 3]>) 
             position: world.vertices[group.vertex as usize],
             normal: group.normal,
             inward: group.towards_centroids * (ONE_SIDED_STEP / f64::from(group.corners)),
+            one_sided: group.rim.is_open(),
             parents: None,
         })
         .collect();

@@ -12,10 +12,10 @@ use smallvec::SmallVec;
 
 use crate::index::{ElementId, FaceId, SampleId, VertexId};
 use crate::mesh::arrangement::{Line, LineKind, Partition, border_crossings, partition};
-use crate::mesh::corner_groups::group_corners;
+use crate::mesh::corner_groups::{Rim, group_corners};
 use crate::mesh::grid::GRID;
 use crate::mesh::tessellation::{Tessellation, Tile};
-use crate::mesh::{ONE_SIDED_STEP, Sample, edge_key};
+use crate::mesh::{Sample, edge_key, longest_edge, relative_step};
 use crate::scene::world::{Face, World};
 
 /// Ends of lines on an edge that are nearer to each other or to its ends than this, in cells of the grid, become one:
@@ -208,7 +208,8 @@ impl Builder<'_> {
     }
 
     fn push_sample(&mut self, position: DVec3, normal: DVec3) -> SampleId {
-        self.mesh.samples.push(Sample { position, normal, inward: DVec3::ZERO, parents: None });
+        let inward = DVec3::ZERO;
+        self.mesh.samples.push(Sample { position, normal, inward, one_sided: false, parents: None });
         SampleId::new(self.mesh.samples.len() - 1)
     }
 
@@ -289,20 +290,57 @@ impl Builder<'_> {
     /// Steps from new samples into their tiles, so that values on edges are limits from inside.
     fn step_inwards(&mut self) {
         let first = self.mesh.shared_samples;
-        let mut towards = vec![(DVec3::ZERO, 0_u32); self.mesh.samples.len()];
+        let mut around = vec![Around::default(); self.mesh.samples.len()];
         for tile in &self.mesh.tiles {
+            let face = self.face(tile.face);
+            let longest = longest_edge(self.mesh.world.corners(face));
             let corners = tile.vertices.map(|v| self.mesh.positions[v.index()]);
             let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
-            for (sample, corner) in tile.samples.iter().zip(corners) {
-                let (sum, count) = &mut towards[sample.index()];
-                *sum += centroid - corner;
-                *count += 1;
+            let inside = self.mesh.area(tile) / (1.5 * longest_edge(corners));
+            for k in 0..3 {
+                let [next, previous] = [(k + 1) % 3, (k + 2) % 3];
+                let step = (centroid - corners[k]) * relative_step(inside, longest);
+                let around = &mut around[tile.samples[k].index()];
+                around.steps += step;
+                around.tiles += 1;
+                around.rim.add([next, previous].map(|k| tile.vertices[k].index() as u32));
+                let lines = [k, previous].map(|edge| tile.lines[edge]);
+                around.is_at_contact |= lines.contains(&Some(LineKind::Contact));
+                let on_border = (0..3).any(|edge| tile.points[k].depth(edge) == 0);
+                around.needs_step |=
+                    on_border || lines.iter().any(Option::is_some) || face.corner_normals.is_some();
+                let angle = (corners[next] - corners[k]).angle_between(corners[previous] - corners[k]);
+                if face.corner_normals.is_none() && angle > around.widest.0 {
+                    around.widest = (angle, step);
+                }
             }
         }
-        for (sample, (sum, count)) in self.mesh.samples.iter_mut().zip(towards).skip(first) {
-            sample.inward = sum * (ONE_SIDED_STEP / f64::from(count.max(1)));
+        for (sample, around) in self.mesh.samples.iter_mut().zip(around).skip(first) {
+            sample.one_sided = around.is_at_contact || around.rim.is_open();
+            sample.inward = if sample.one_sided && around.widest.0 > 0.0 {
+                // The mean may point out of a sector that is wider than half a turn.
+                around.widest.1
+            } else if around.needs_step {
+                around.steps / f64::from(around.tiles)
+            } else {
+                DVec3::ZERO
+            };
         }
     }
+}
+
+/// The tiles around a sample.
+#[derive(Debug, Clone, Default)]
+struct Around {
+    /// Sum of the steps into them.
+    steps: DVec3,
+    tiles: u32,
+    rim: Rim,
+    is_at_contact: bool,
+    /// Whether any of them is curved, or has the sample on its face's border or on a line.
+    needs_step: bool,
+    /// The widest angle of a flat one, radians, and the step into it.
+    widest: (f64, DVec3),
 }
 
 /// The corners of a triangle in its own plane, metres.

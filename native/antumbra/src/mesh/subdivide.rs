@@ -1,8 +1,6 @@
 //! Regular four-to-one subdivision with the restriction of the paper's §3.3: where levels of neighbours would differ
 //! by more than one, the coarser neighbour is subdivided first.
 
-use glam::DVec3;
-
 use crate::index::{ElementId, SampleId, VertexId};
 use crate::mesh::{Element, Mesh, ONE_SIDED_STEP, Sample, Vertex, edge_key};
 
@@ -47,8 +45,8 @@ impl Mesh {
         let [a, b, c] = parent.vertices;
         let [sa, sb, sc] = parent.samples;
         let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| self.split_edge(p, q));
-        let [sab, sbc, sca] = [(sa, sb, ab, c), (sb, sc, bc, a), (sc, sa, ca, b)]
-            .map(|(p, q, middle, opposite)| self.split_sample_edge(p, q, middle, opposite));
+        let [sab, sbc, sca] = [([sa, sb], [a, b, c]), ([sb, sc], [b, c, a]), ([sc, sa], [c, a, b])]
+            .map(|(ends, vertices)| self.split_sample_edge(ends, vertices));
         let child = |vertices, samples| Element {
             face: parent.face,
             vertices,
@@ -82,27 +80,24 @@ impl Mesh {
         middle
     }
 
-    fn split_sample_edge(
-        &mut self,
-        a: SampleId,
-        b: SampleId,
-        middle: VertexId,
-        opposite: VertexId,
-    ) -> SampleId {
-        let key = edge_key(a, b);
+    fn split_sample_edge(&mut self, ends: [SampleId; 2], vertices: [VertexId; 3]) -> SampleId {
+        let key = edge_key(ends[0], ends[1]);
         if let Some(&existing) = self.sample_midpoints.get(&key) {
             return existing;
         }
-        let [position, opposite] = [middle, opposite].map(|v| self.vertices[v.index()].position);
-        let sample = self.middle_sample([a, b], position, opposite);
+        let sample = self.middle_sample(ends, vertices);
         self.samples.push(sample);
         let id = SampleId::new(self.samples.len() - 1);
         self.sample_midpoints.insert(key, id);
         id
     }
 
-    /// The sample in the middle of an edge of an element, whose third corner is `opposite`.
-    pub(crate) fn middle_sample(&self, ends: [SampleId; 2], position: DVec3, opposite: DVec3) -> Sample {
+    /// The sample in the middle of an edge of an element.
+    ///
+    /// `vertices`: the edge's ends, then the element's third corner.
+    pub(crate) fn middle_sample(&self, ends: [SampleId; 2], vertices: [VertexId; 3]) -> Sample {
+        let [from, to, opposite] = vertices.map(|v| self.vertices[v.index()].position);
+        let position = 0.5 * (from + to);
         let (a, b) = edge_key(ends[0], ends[1]);
         let sum = self.sample(a).normal + self.sample(b).normal;
         Sample {
@@ -110,7 +105,24 @@ impl Mesh {
             // Opposite normals have no mean; either is as good.
             normal: sum.try_normalize().unwrap_or(self.sample(a).normal),
             inward: (opposite - position) * (0.5 * ONE_SIDED_STEP),
+            one_sided: !self.has_both_sides([vertices[0], vertices[1]], ends),
             parents: Some([a, b]),
         }
+    }
+
+    /// Whether elements on both sides of an edge share its samples.
+    fn has_both_sides(&self, mut vertices: [VertexId; 2], mut ends: [SampleId; 2]) -> bool {
+        // A coarser neighbour has a longer edge that this one is a half of.
+        while let Some((whole, samples)) = [0, 1].into_iter().find_map(|k| {
+            let whole = self.vertices[vertices[k].index()].parents?;
+            let samples = self.sample(ends[k]).parents?;
+            whole.contains(&vertices[1 - k]).then_some((whole, samples))
+        }) {
+            (vertices, ends) = (whole, samples);
+        }
+        self.edge_elements.get(&edge_key(vertices[0], vertices[1])).is_some_and(|around| {
+            let shares = |&&id: &&ElementId| ends.iter().all(|end| self.element(id).samples.contains(end));
+            around.iter().filter(shares).count() > 1
+        })
     }
 }

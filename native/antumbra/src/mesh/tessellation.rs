@@ -19,7 +19,7 @@ use smallvec::SmallVec;
 use crate::index::{ElementId, FaceId, SampleId, VertexId};
 use crate::mesh::arrangement::LineKind;
 use crate::mesh::grid::{GRID, GridPoint};
-use crate::mesh::{Corner, ONE_SIDED_STEP, Sample, edge_key};
+use crate::mesh::{Corner, Sample, edge_key, longest_edge, relative_step};
 use crate::scene::world::World;
 
 /// A triangle of a face.
@@ -121,23 +121,33 @@ impl<'a> Tessellation<'a> {
         let tile = self.tile(id);
         let [from, to] = [k, (k + 1) % 3];
         let [a, b] = [tile.samples[from], tile.samples[to]];
-        let position =
-            0.5 * (self.positions[tile.vertices[from].index()] + self.positions[tile.vertices[to].index()]);
+        let ends = [from, to].map(|k| tile.vertices[k]);
+        let length = self.positions[ends[0].index()].distance(self.positions[ends[1].index()]);
         // All tiles on this side of a crease or contact share the sample, so it must be the same seen from each.
-        let mut towards = DVec3::ZERO;
-        let around = self.around(edge_key(tile.vertices[from], tile.vertices[to]));
-        let sharing = around.iter().filter(|&&other| self.edge_with(other, a, b).is_some());
-        for &other in sharing.clone() {
-            let apex = self.edge_with(other, a, b).map_or(0, |k| (k + 2) % 3);
-            towards += self.positions[self.tile(other).vertices[apex].index()] - position;
+        let mut step = DVec3::ZERO;
+        let around = self.around(edge_key(ends[0], ends[1]));
+        let position = self.middle_position(around[0], ends);
+        let sharing =
+            around.iter().filter_map(|&other| Some((self.tile(other), self.edge_with(other, a, b)?)));
+        for (other, k) in sharing.clone() {
+            let way = 0.5 * (self.positions[other.vertices[(k + 2) % 3].index()] - position);
+            let inside = self.area(other) / length;
+            let face = &self.world.faces[other.face.index()];
+            step += way * relative_step(inside, longest_edge(self.world.corners(face)));
         }
-        towards /= sharing.count().max(1) as f64;
+        let sides = sharing.count();
+        let one_sided = sides < 2 || tile.lines[k] == Some(LineKind::Contact);
+        let needs_step = tile.lines[k].is_some()
+            || GridPoint::common_edge(tile.points[from], tile.points[to]).is_some()
+            || self.world.faces[tile.face.index()].corner_normals.is_some();
+        let inward = if needs_step { step / sides.max(1) as f64 } else { DVec3::ZERO };
         let (a, b) = edge_key(a, b);
         let sum = self.samples[a.index()].normal + self.samples[b.index()].normal;
         Sample {
             position,
             normal: sum.try_normalize().unwrap_or(self.samples[a.index()].normal),
-            inward: towards * (0.5 * ONE_SIDED_STEP),
+            inward,
+            one_sided,
             parents: Some([a, b]),
         }
     }
@@ -148,6 +158,7 @@ impl<'a> Tessellation<'a> {
             position,
             normal: normal.try_normalize().unwrap_or(self.samples[parents[0].index()].normal),
             inward: DVec3::ZERO,
+            one_sided: false,
             parents: Some(parents),
         }
     }
@@ -182,10 +193,7 @@ impl<'a> Tessellation<'a> {
             return false;
         }
         let middle = VertexId::new(self.positions.len());
-        let face = self.world.faces[self.tile(around[0]).face.index()].clone();
-        let corners = self.world.corners(&face);
-        let weights = halves[0].1.barycentric();
-        self.positions.push(weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2]);
+        self.positions.push(self.middle_position(around[0], [edge.0, edge.1]));
         // One sample per side of a crease or contact
         let mut made: SmallVec<[((SampleId, SampleId), SampleId); 2]> = SmallVec::new();
         let samples: SmallVec<[SampleId; 4]> = (around.iter().zip(&halves))
@@ -265,6 +273,17 @@ impl<'a> Tessellation<'a> {
         });
         let middle = i32::midpoint(p, q);
         GridPoint::on_edge(edge, if forwards { middle } else { GRID - middle })
+    }
+
+    /// Where the middle of a tile's edge is on the grid, in the world: light is known there, not half a cell beside it.
+    fn middle_position(&self, id: ElementId, ends: [VertexId; 2]) -> DVec3 {
+        let tile = self.tile(id);
+        let k = (0..3)
+            .find(|&k| edge_key(tile.vertices[k], tile.vertices[(k + 1) % 3]) == edge_key(ends[0], ends[1]))
+            .expect("a tile is listed at its own edges; this is a bug in antumbra");
+        let weights = self.middle_point(tile, k).barycentric();
+        let corners = self.world.corners(&self.world.faces[tile.face.index()]);
+        weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2]
     }
 
     /// The two tiles on an edge as they would be after a flip, if that is possible: same face, same samples, no line,

@@ -188,6 +188,13 @@ impl Cluster {
     pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         (self.corners[0], self.corners[7])
     }
+
+    /// Takes in another receiver, beyond the size that clusters are made with.
+    pub(crate) fn add(&mut self, member: u32, position: DVec3) {
+        let (low, high) = self.bounds();
+        self.members.push(member);
+        self.corners = box_corners(low.min(position), high.max(position));
+    }
 }
 
 /// Groups receivers into compact clusters of at most `size`: halved along their longest extent until they are small

@@ -5,8 +5,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::mesh::Approach;
 use crate::monitor::Monitor;
-use crate::transport::form_factors::{CLUSTER_SIZE, FormFactors, Seeded, Workspace, clusters};
+use crate::transport::form_factors::{CLUSTER_SIZE, Cluster, FormFactors, Seeded, Workspace, clusters};
 use crate::transport::source_tree::SourceTree;
 use crate::visibility::Receiver;
 
@@ -42,11 +43,43 @@ impl Gather<'_> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn at(&self, receivers: &[Receiver], seeds: &[u64]) -> Result<Vec<Arrived>, Error> {
-        let mut arrived = vec![Arrived::default(); receivers.len()];
-        if receivers.is_empty() || self.sources.is_empty() {
+        self.at_members(&clusters(receivers, CLUSTER_SIZE), Seeded { receivers, seeds })
+    }
+
+    /// What arrives at the end of each approach: at its near receiver, or, where there is a far one, the limit.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn limits(&self, approaches: &[Approach], seeds: &[u64]) -> Result<Vec<Arrived>, Error> {
+        let mut receivers: Vec<Receiver> = approaches.iter().map(|approach| approach.near).collect();
+        let mut seeds = seeds.to_vec();
+        let mut clusters = clusters(&receivers, CLUSTER_SIZE);
+        // Both of a pair see the same sources told apart and the same candidates: what is left out is left out of both.
+        let mut pairs: Vec<[usize; 2]> = Vec::new();
+        for cluster in &mut clusters {
+            for k in 0..cluster.members.len() {
+                let near = cluster.members[k] as usize;
+                if let Some(far) = approaches[near].far {
+                    cluster.add(receivers.len() as u32, far.position);
+                    pairs.push([near, receivers.len()]);
+                    receivers.push(far);
+                    seeds.push(seeds[near]);
+                }
+            }
+        }
+        let mut arrived = self.at_members(&clusters, Seeded { receivers: &receivers, seeds: &seeds })?;
+        for [near, far] in pairs {
+            arrived[near] = limit(arrived[near], arrived[far]);
+        }
+        arrived.truncate(approaches.len());
+        Ok(arrived)
+    }
+
+    fn at_members(&self, clusters: &[Cluster], of: Seeded) -> Result<Vec<Arrived>, Error> {
+        let mut arrived = vec![Arrived::default(); of.receivers.len()];
+        if of.receivers.is_empty() || self.sources.is_empty() {
             return Ok(arrived);
         }
-        let clusters = clusters(receivers, CLUSTER_SIZE);
         let found: Vec<Vec<Arrived>> = (clusters.par_iter())
             .map_init(Workspace::default, |workspace, cluster| {
                 let mut sums = vec![Arrived::default(); cluster.members.len()];
@@ -56,17 +89,10 @@ impl Gather<'_> {
                 let (low, high) = cluster.bounds();
                 self.sources.visit(low, high, NEGLIGIBLE * self.wanted_error, |lit| {
                     let weight = self.weight(lit.radiosity);
-                    self.form_factors.of_cluster(
-                        cluster,
-                        Seeded { receivers, seeds },
-                        &lit.polygon,
-                        weight,
-                        workspace,
-                        |k, found| {
-                            sums[k].irradiance += found.value * lit.radiosity;
-                            sums[k].variance += (found.noise * lit.radiosity).length_squared();
-                        },
-                    );
+                    self.form_factors.of_cluster(cluster, of, &lit.polygon, weight, workspace, |k, found| {
+                        sums[k].irradiance += found.value * lit.radiosity;
+                        sums[k].variance += (found.noise * lit.radiosity).length_squared();
+                    });
                 });
                 sums
             })
@@ -86,7 +112,36 @@ impl Gather<'_> {
     }
 }
 
+/// Light at the end of a line, from one step and from two steps away: what is missed is of second order.
+fn limit(near: Arrived, far: Arrived) -> Arrived {
+    // Rays differ by their noise, which the difference would make five times the variance of.
+    if near.variance > 0.0 || far.variance > 0.0 {
+        return near;
+    }
+    // Where nothing arrives nothing is continued, and light does not change its sign, which is negative for lights that
+    // take it away.
+    let continued = 2.0 * near.irradiance - far.irradiance;
+    let same_sign = (continued * near.irradiance).cmpgt(DVec3::ZERO);
+    Arrived { irradiance: DVec3::select(same_sign, continued, DVec3::ZERO), variance: 0.0 }
+}
+
 /// The root mean square of a colour over its channels.
 pub(crate) fn rms(colour: DVec3) -> f64 {
     (colour.length_squared() / 3.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_continue_light_but_neither_its_noise_nor_beyond_darkness() {
+        let arrived = |x: f64, y: f64, z: f64| Arrived { irradiance: DVec3::new(x, y, z), variance: 0.0 };
+        let found = limit(arrived(1.5, 0.0, 0.25), arrived(2.0, 0.5, 0.75));
+        assert_eq!(found.irradiance, DVec3::new(1.0, 0.0, 0.0));
+        let taken_away = limit(arrived(-1.5, -0.25, 0.0), arrived(-2.0, -0.75, -1.0));
+        assert_eq!(taken_away.irradiance, DVec3::new(-1.0, 0.0, 0.0));
+        let noisy = Arrived { variance: 0.1, ..arrived(1.5, 0.0, 0.25) };
+        assert_eq!(limit(noisy, arrived(2.0, 0.5, 0.75)).irradiance, noisy.irradiance);
+    }
 }
