@@ -4,10 +4,14 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use crate::adapt::line_search::{LineSearch, WORTH_A_VERTEX, contacts};
+use crate::adapt::contact_lines::contacts;
+use crate::adapt::line_choice::{Lines, WORTH_A_VERTEX};
+use crate::adapt::line_search::LineSearch;
+use crate::adapt::line_sources::{LineSource, secondary_sources};
 use crate::adapt::refinement::{EVEN, Refinement};
 use crate::display::{Display, DisplayMesh, baked_area};
 use crate::error::Error;
+use crate::index::FaceId;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
@@ -164,7 +168,7 @@ impl<'a> Solver<'a> {
             &ends,
         )?;
         let wanted_error = shooting.wanted_error();
-        let mesh = self.display_mesh(coarse, sizes, wanted_error, &ends)?;
+        let mesh = self.display_mesh(coarse, sizes, &shooting, &ends)?;
         let gather = self.gather(&self.emitters.tree, wanted_error, &ends);
         let known = shooting.direct_at(shared_samples(&mesh));
         let mut display = Display::new(mesh, known, &gather)?;
@@ -241,27 +245,13 @@ impl<'a> Solver<'a> {
         &mut self,
         coarse: Mesh,
         sizes: Sizes,
-        wanted_error: f64,
-        ends: &dyn Fn() -> bool,
+        shooting: &Shooting,
+        ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<DisplayMesh<'a>, Error> {
         let limit = u8::try_from(self.settings.max_level).unwrap_or(u8::MAX);
         let world = self.world;
         if matches!(self.settings.method, Method::Adm | Method::Dm) {
-            let allowed = (SHARE_OF_EMITTERS * wanted_error).powi(2) * baked_area(world);
-            let edges = BlockerEdges::new(self.form_factors.blockers.polygons());
-            let search = LineSearch {
-                world,
-                blockers: self.form_factors.blockers,
-                edges: &edges,
-                monitor: self.monitor,
-                sources: &self.emitters.polygons,
-                shown: &self.shown,
-                mean_radiosity: wanted_error / self.settings.tolerance,
-                allowed,
-                max_blockers: self.settings.max_blockers as usize,
-                worth: (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX),
-            };
-            let lines = search.find()?;
+            let lines = self.lines(shooting, ends)?;
             // Bisecting twice does what quartering does once.
             let deepest = limit.saturating_mul(2);
             // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
@@ -277,6 +267,46 @@ impl<'a> Solver<'a> {
         let levels = subdivide_to(&mut mesh, world, sizes.element);
         let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
         Ok(DisplayMesh::Quartered(Quartering { world, mesh, deepest, shared_samples }))
+    }
+
+    /// Contacts, and the shadow boundaries of emitters and of what reflects their light.
+    fn lines(&self, shooting: &Shooting, ends: &(dyn Fn() -> bool + Sync)) -> Result<Lines, Error> {
+        let (world, blockers) = (self.world, self.form_factors.blockers);
+        let worth = (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX);
+        let wanted_error = shooting.wanted_error();
+        let edges = BlockerEdges::new(blockers.polygons());
+        let search = |share: f64| {
+            let allowed = (share * wanted_error).powi(2) * baked_area(world);
+            LineSearch {
+                world,
+                blockers,
+                edges: &edges,
+                monitor: self.monitor,
+                ends,
+                shown: &self.shown,
+                allowed,
+                max_blockers: self.settings.max_blockers as usize,
+                price: worth.map(|worth| worth * allowed),
+            }
+        };
+
+        // The light jumps by about its mean across a contact, and without the line would be wrong over about its length
+        // in square.
+        let primary = search(SHARE_OF_EMITTERS);
+        let mean_radiosity = wanted_error / self.settings.tolerance;
+        let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
+        let receives = |face| world.receives(face);
+        let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
+        let emitters: Vec<LineSource> = self.emitters.polygons.iter().map(LineSource::emitter).collect();
+        lines.add(primary.find(&emitters)?);
+
+        let secondary = search(SHARE_OF_PATCHES);
+        let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);
+        let faces = FaceId::range(0..world.faces.len()).filter(|&face| receives(face)).count();
+        let least = secondary.price.unwrap_or(0.0);
+        let reflecting = secondary_sources(&shooting.reflectors(), &edges, brightest, least, faces);
+        lines.add(secondary.find(&reflecting)?);
+        Ok(lines)
     }
 
     fn gather<'g>(
