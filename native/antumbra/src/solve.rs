@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::adapt::contact_lines::contacts;
 use crate::adapt::line_choice::{Lines, WORTH_A_VERTEX};
 use crate::adapt::line_search::LineSearch;
-use crate::adapt::line_sources::{LineSource, secondary_sources};
+use crate::adapt::line_sources::{LineSource, mean_brought, secondary_sources};
 use crate::adapt::refinement::{EVEN, Refinement};
 use crate::display::{Display, DisplayMesh, baked_area};
 use crate::error::Error;
@@ -275,8 +275,8 @@ impl<'a> Solver<'a> {
         let worth = (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX);
         let wanted_error = shooting.wanted_error();
         let edges = BlockerEdges::new(blockers.polygons());
-        let search = |share: f64| {
-            let allowed = (share * wanted_error).powi(2) * baked_area(world);
+        let search = |wanted_error: f64| {
+            let allowed = wanted_error.powi(2) * baked_area(world);
             LineSearch {
                 world,
                 blockers,
@@ -292,7 +292,7 @@ impl<'a> Solver<'a> {
 
         // The light jumps by about its mean across a contact, and without the line would be wrong over about its length
         // in square.
-        let primary = search(SHARE_OF_EMITTERS);
+        let primary = search(SHARE_OF_EMITTERS * wanted_error);
         let mean_radiosity = wanted_error / self.settings.tolerance;
         let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
         let receives = |face| world.receives(face);
@@ -300,11 +300,12 @@ impl<'a> Solver<'a> {
         let emitters: Vec<LineSource> = self.emitters.polygons.iter().map(LineSource::emitter).collect();
         lines.add(primary.find(&emitters)?);
 
-        let secondary = search(SHARE_OF_PATCHES);
+        // Where no emitter is seen, all the light there is comes from these.
         let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);
         let faces = FaceId::range(0..world.faces.len()).filter(|&face| receives(face)).count();
-        let least = secondary.price.unwrap_or(0.0);
-        let reflecting = secondary_sources(&shooting.reflectors(), &edges, brightest, least, faces);
+        let reflecting = secondary_sources(&shooting.reflectors(), &edges, brightest, faces);
+        let mean_radiosity = mean_radiosity.max(mean_brought(world, &self.shown, &reflecting));
+        let secondary = search(SHARE_OF_PATCHES * self.settings.tolerance * mean_radiosity);
         lines.add(secondary.find(&reflecting)?);
         Ok(lines)
     }

@@ -162,7 +162,8 @@ impl LineSearch<'_> {
             .filter(|&face| self.world.receives(face))
             .map(|face| (face, Vec::new()))
             .collect();
-        for source in sources {
+        let could_pay = |source: &&LineSource| self.price.is_none_or(|price| source.most >= ENDS * price);
+        for source in sources.iter().filter(could_pay) {
             if (self.ends)() {
                 break;
             }

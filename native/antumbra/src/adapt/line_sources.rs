@@ -2,14 +2,18 @@
 //! §3.2: "primary lightsources and strong secondary lightsources").
 
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use crate::adapt::line_choice::ENDS;
+use crate::index::FaceId;
+use crate::scene::world::World;
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::wedge::{WedgeId, WedgeKind};
+use crate::transport::form_factors::faces;
 use crate::transport::gather::rms;
 use crate::transport::secondary::Reflector;
 use crate::transport::source_tree::LitPolygon;
+use crate::visibility::{Receiver, unoccluded_form_factor};
 
 /// Most pairs of a secondary source and a face that are looked at, the strongest sources first. Most pairs cost less than
 /// a microsecond, so that the search stays below the exchange of light between the same surfaces: of thousands of
@@ -23,12 +27,15 @@ pub(crate) struct LineSource {
     /// Per edge: whether the light ends there. Where a flat surface goes on behind an edge, the next polygon takes over
     /// what this one loses.
     border: SmallVec<[bool; 4]>,
+    /// The integral of the squared error that no line of it removes more of, W²/m².
+    pub(super) most: f64,
 }
 
 impl LineSource {
     /// An emitter.
     pub(crate) fn emitter(lit: &LitPolygon) -> Self {
-        Self { border: SmallVec::from_elem(true, lit.polygon.vertices().len()), lit: lit.clone() }
+        let border = SmallVec::from_elem(true, lit.polygon.vertices().len());
+        Self { lit: lit.clone(), border, most: f64::INFINITY }
     }
 
     /// Whether something changes across a wedge of this source.
@@ -42,43 +49,64 @@ impl LineSource {
     }
 }
 
-/// The secondary sources whose lines could be worth drawing, the strongest first.
+/// What reflects light, the strongest first.
 ///
 /// All form factors from a source to whatever it lights sum to its area (reciprocity), and a line that is left out errs
-/// by at most half of the form factor. So nothing is left that removes as much as the ends of a line must.
+/// by at most half of the form factor: that bounds what it could remove.
 ///
-/// `brightest`: the largest share of arriving light that is shown anywhere, per channel. `least`: squared error that a
-/// vertex must remove, W²/m². `faces`: those that lines are looked for on.
+/// `brightest`: the largest share of arriving light that is shown anywhere, per channel. `faces`: how many faces lines
+/// are looked for on.
 pub(crate) fn secondary_sources(
     reflectors: &[Reflector],
     edges: &BlockerEdges,
     brightest: DVec3,
-    least: f64,
     faces: usize,
 ) -> Vec<LineSource> {
-    let mut strong: Vec<(f64, LineSource)> = Vec::new();
+    let mut strong: Vec<LineSource> = Vec::new();
     for (index, reflector) in reflectors.iter().enumerate() {
         for (radiosity, flipped) in reflector.radiosity.into_iter().zip([false, true]) {
             let error = 0.5 * rms(brightest * radiosity);
-            let removes = error * error * reflector.polygon.area();
-            if removes > 0.0 && removes >= ENDS * least {
-                strong.push((removes, whole_source(reflectors, edges, index, radiosity, flipped)));
+            let most = error * error * reflector.polygon.area();
+            if most > 0.0 {
+                let (lit, border) = whole_source(reflectors, edges, index, radiosity, flipped);
+                strong.push(LineSource { lit, border, most });
             }
         }
     }
     // Stable, so that equals keep the order of the scene.
-    strong.sort_by(|a, b| b.0.total_cmp(&a.0));
+    strong.sort_by(|a, b| b.most.total_cmp(&a.most));
     strong.truncate(MOST_PAIRS / faces.max(1));
-    strong.into_iter().map(|(_, source)| source).collect()
+    strong
 }
 
+/// Mean radiosity that sources bring to what is baked if nothing blocks them, over the channels, W/m².
+pub(crate) fn mean_brought(world: &World, shown: &[DVec3], sources: &[LineSource]) -> f64 {
+    let baked: Vec<FaceId> =
+        FaceId::range(0..world.faces.len()).filter(|&face| world.receives(face)).collect();
+    let brought = |&id: &FaceId| {
+        let face = &world.faces[id.index()];
+        let [a, b, c] = world.corners(face);
+        let receiver = Receiver { position: (a + b + c) / 3.0, normal: face.normal };
+        let arriving: DVec3 = (sources.iter())
+            .filter(|source| faces(&receiver, &source.lit.polygon))
+            .map(|source| unoccluded_form_factor(&receiver, &source.lit.polygon) * source.lit.radiosity)
+            .sum();
+        face.area * (shown[face.material as usize] * arriving).element_sum() / 3.0
+    };
+    // Summed in the order of the faces, whatever the threads.
+    let power: Vec<f64> = baked.par_iter().map(brought).collect();
+    let area: f64 = baked.iter().map(|face| world.faces[face.index()].area).sum();
+    if area > 0.0 { power.iter().sum::<f64>() / area } else { 0.0 }
+}
+
+/// A side of a reflector, and where its border is one.
 fn whole_source(
     reflectors: &[Reflector],
     edges: &BlockerEdges,
     index: usize,
     radiosity: DVec3,
     flipped: bool,
-) -> LineSource {
+) -> (LitPolygon, SmallVec<[bool; 4]>) {
     let Reflector { polygon, material, .. } = &reflectors[index];
     let goes_on = |edge: u32| {
         let sharing = &edges.edge(edge).polygons;
@@ -94,7 +122,7 @@ fn whole_source(
     } else {
         polygon.clone()
     };
-    LineSource { lit: LitPolygon { polygon, radiosity }, border }
+    (LitPolygon { polygon, radiosity }, border)
 }
 
 #[cfg(test)]
@@ -109,19 +137,17 @@ mod tests {
         Reflector { polygon, material, radiosity: radiosity.map(DVec3::splat) }
     }
 
-    fn sources(reflectors: &[Reflector], least: f64) -> Vec<LineSource> {
+    fn sources(reflectors: &[Reflector]) -> Vec<LineSource> {
         let polygons: Vec<ConvexPolygon> = reflectors.iter().map(|r| r.polygon.clone()).collect();
-        secondary_sources(reflectors, &BlockerEdges::new(&polygons), DVec3::ONE, least, 1)
+        secondary_sources(reflectors, &BlockerEdges::new(&polygons), DVec3::ONE, 1)
     }
 
     #[test]
-    fn a_side_that_cannot_remove_the_price_of_a_line_is_no_source() {
-        // (4/2)² · 1 m² against two vertices
-        let found = sources(&[square(0.0, 0, [4.0, 1.0])], 1.9);
-        assert_eq!(found.len(), 1);
-        assert!(found[0].lit.polygon.normal().z > 0.0);
-        assert!(sources(&[square(0.0, 0, [4.0, 1.0])], 2.1).is_empty());
-        assert!(sources(&[square(0.0, 0, [0.0, 0.0])], 0.0).is_empty());
+    fn both_sides_are_sources_the_stronger_one_first_and_the_dark_are_none() {
+        let found = sources(&[square(0.0, 0, [2.0, 4.0]), square(5.0, 0, [0.0, 0.0])]);
+        // (4/2)² and (2/2)² over 1 m²
+        assert_eq!(found.iter().map(|source| source.most).collect::<Vec<_>>(), [4.0, 1.0]);
+        assert_eq!(found.iter().map(|source| source.lit.polygon.normal().z).collect::<Vec<_>>(), [-1.0, 1.0]);
     }
 
     /// Two squares side by side: their common edge is a border only where the material changes.
@@ -137,7 +163,7 @@ mod tests {
         };
         for (materials, ends) in [([0, 0], false), ([0, 1], true)] {
             let surface = [square(0.0, materials[0], [3.0, 2.0]), square(1.0, materials[1], [1.0, 4.0])];
-            let found = sources(&surface, 0.0);
+            let found = sources(&surface);
             assert_eq!(found.len(), 4);
             for source in &found {
                 assert_eq!(source.throws(inner(source)), ends);
