@@ -104,12 +104,8 @@ fn full_discontinuity_meshing_of_many_reflectors_is_bounded() {
         }
     }
     scene.light(&lamp(DVec3::new(2.0, 2.0, 3.9), 0.5), 10.0);
-    let settings = Settings {
-        triangle_budget: 3000,
-        time_limit: 2.0,
-        tolerance: 0.1,
-        ..arriving(by(Method::Dm))
-    };
+    let settings =
+        Settings { triangle_budget: 3000, time_limit: 2.0, tolerance: 0.1, ..arriving(by(Method::Dm)) };
     let start = std::time::Instant::now();
     let bake = scene.bake(&settings);
     assert_sound(&scene.input, &bake);

@@ -15,9 +15,9 @@ use crate::transport::secondary::Reflector;
 use crate::transport::source_tree::LitPolygon;
 use crate::visibility::{Receiver, unoccluded_form_factor};
 
-/// Most pairs of a secondary source and a face that are looked at, the strongest sources first. Most pairs cost less than
-/// a microsecond, so that the search stays below the exchange of light between the same surfaces: of thousands of
-/// faces some dozens are searched as sources, of hundreds all that could matter.
+/// Most pairs of a secondary source and a face that are looked at, the strongest sources first: of thousands of faces
+/// some dozens are searched as sources, of hundreds all that could matter. A round number that bounds the search, not the
+/// result of a sweep.
 const MOST_PAIRS: usize = 300_000;
 
 /// A polygon that sends light, and the parts of its border that throw lines.
