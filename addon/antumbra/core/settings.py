@@ -52,8 +52,8 @@ SPECS: Mapping[str, Spec] = {
             Choice(
                 "DM",
                 "All Shadow Boundaries",
-                "Cut faces along every shadow boundary of every light, noticeable or not: for comparison, with many "
-                "more triangles",
+                "Cut faces along every shadow boundary of every light and every lit surface, noticeable or not: for "
+                "comparison, with many more triangles",
             ),
             Choice(
                 "AS",

@@ -12,7 +12,8 @@ pub enum Method {
     Uniform,
     /// Adaptive subdivision by differences at the vertices (the paper, §2.2).
     As,
-    /// Full discontinuity meshing: all shadow boundaries of all lights (Lischinski, Tampieri, Greenberg 1992).
+    /// Full discontinuity meshing: all shadow boundaries of all that sends light (Lischinski, Tampieri, Greenberg
+    /// 1992), as far as the triangles go.
     Dm,
     /// Adaptive discontinuity meshing: shadow boundaries where they can be noticed (the paper, §3.2).
     Adm,

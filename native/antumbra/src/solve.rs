@@ -4,10 +4,14 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use crate::adapt::line_search::{LineSearch, WORTH_A_VERTEX, contacts};
+use crate::adapt::contact_lines::contacts;
+use crate::adapt::line_choice::{Lines, WORTH_A_VERTEX};
+use crate::adapt::line_search::LineSearch;
+use crate::adapt::line_sources::{LineSource, mean_brought, secondary_sources};
 use crate::adapt::refinement::{EVEN, Refinement};
 use crate::display::{Display, DisplayMesh, baked_area};
 use crate::error::Error;
+use crate::index::FaceId;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
@@ -165,7 +169,7 @@ impl<'a> Solver<'a> {
         let coarse = patches.mesh.clone();
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
-        let mesh = self.display_mesh(coarse, sizes, wanted_error, &ends)?;
+        let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
         let gather = self.gather(&self.emitters.tree, wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
         let mut display = Display::new(mesh, known, &gather)?;
@@ -266,27 +270,13 @@ impl<'a> Solver<'a> {
         &mut self,
         coarse: Mesh,
         sizes: Sizes,
-        wanted_error: f64,
-        ends: &dyn Fn() -> bool,
+        exchange: &Solution,
+        ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<DisplayMesh<'a>, Error> {
         let limit = u8::try_from(self.settings.max_level).unwrap_or(u8::MAX);
         let world = self.world;
         if matches!(self.settings.method, Method::Adm | Method::Dm) {
-            let allowed = (SHARE_OF_EMITTERS * wanted_error).powi(2) * baked_area(world);
-            let edges = BlockerEdges::new(self.form_factors.blockers.polygons());
-            let search = LineSearch {
-                world,
-                blockers: self.form_factors.blockers,
-                edges: &edges,
-                monitor: self.monitor,
-                sources: &self.emitters.polygons,
-                shown: &self.shown,
-                mean_radiosity: wanted_error / self.settings.tolerance,
-                allowed,
-                max_blockers: self.settings.max_blockers as usize,
-                worth: (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX),
-            };
-            let lines = search.find()?;
+            let lines = self.lines(exchange, ends)?;
             // Bisecting twice does what quartering does once.
             let deepest = limit.saturating_mul(2);
             // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
@@ -302,6 +292,47 @@ impl<'a> Solver<'a> {
         let levels = subdivide_to(&mut mesh, world, sizes.element);
         let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
         Ok(DisplayMesh::Quartered(Quartering { world, mesh, deepest, shared_samples }))
+    }
+
+    /// Contacts, and the shadow boundaries of emitters and of what reflects their light.
+    fn lines(&self, exchange: &Solution, ends: &(dyn Fn() -> bool + Sync)) -> Result<Lines, Error> {
+        let (world, blockers) = (self.world, self.form_factors.blockers);
+        let worth = (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX);
+        let wanted_error = exchange.wanted_error();
+        let edges = BlockerEdges::new(blockers.polygons());
+        let search = |wanted_error: f64| {
+            let allowed = wanted_error.powi(2) * baked_area(world);
+            LineSearch {
+                world,
+                blockers,
+                edges: &edges,
+                monitor: self.monitor,
+                ends,
+                shown: &self.shown,
+                allowed,
+                max_blockers: self.settings.max_blockers as usize,
+                price: worth.map(|worth| worth * allowed),
+            }
+        };
+
+        // The light jumps by about its mean across a contact, and without the line would be wrong over about its length
+        // in square.
+        let primary = search(SHARE_OF_EMITTERS * wanted_error);
+        let mean_radiosity = wanted_error / self.settings.tolerance;
+        let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
+        let receives = |face| world.receives(face);
+        let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
+        let emitters: Vec<LineSource> = self.emitters.polygons.iter().map(LineSource::emitter).collect();
+        lines.add(primary.find(&emitters)?);
+
+        // Where no emitter is seen, all the light there is comes from these.
+        let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);
+        let faces = FaceId::range(0..world.faces.len()).filter(|&face| receives(face)).count();
+        let reflecting = secondary_sources(&exchange.reflectors(), &edges, brightest, faces);
+        let mean_radiosity = mean_radiosity.max(mean_brought(world, &self.shown, &reflecting));
+        let secondary = search(SHARE_OF_PATCHES * self.settings.tolerance * mean_radiosity);
+        lines.add(secondary.find(&reflecting)?);
+        Ok(lines)
     }
 
     fn gather<'g>(

@@ -2,6 +2,10 @@
 
 mod adaptive_subdivision;
 mod bisection;
+pub(crate) mod contact_lines;
 mod five_cases;
+pub(crate) mod line_choice;
 pub(crate) mod line_search;
+pub(crate) mod line_sources;
+mod line_strength;
 pub(crate) mod refinement;

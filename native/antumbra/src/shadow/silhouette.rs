@@ -182,6 +182,11 @@ impl BlockerEdges {
         &self.polygons[polygon as usize].vertices
     }
 
+    /// Whether an edge lies inside a flat surface: two of its polygons continue each other in one plane.
+    pub(crate) fn is_flat(&self, edge: u32) -> bool {
+        self.edges[edge as usize].flat
+    }
+
     /// Whether a polygon belongs to a surface without border.
     pub(crate) fn is_closed(&self, polygon: u32) -> bool {
         self.polygons[polygon as usize].closed

@@ -7,8 +7,9 @@
 //! wedge need not be tangent to the blocker: where a corner slides across an edge of the source, the visible
 //! outline bends as much as where it only touches it.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
-use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use super::silhouette::{BlockerEdges, ON_PLANE};
@@ -180,14 +181,15 @@ fn cut(source: &ConvexPolygon, polygon: &ConvexPolygon) -> Option<[DVec3; 2]> {
     (points.len() == 2).then(|| [points[0], points[1]])
 }
 
-/// The wedges of one source, each blocker's computed when first asked for and kept for the shot (the paper's stored
-/// shadow BSP trees).
+/// The wedges of one source, each blocker's computed when first asked for, by whichever thread, and kept for the shot (the
+/// paper's stored shadow BSP trees).
 #[derive(Debug)]
 pub(crate) struct WedgeCache<'a> {
     source: &'a ConvexPolygon,
     edges: &'a BlockerEdges,
     polygons: &'a [ConvexPolygon],
-    known: FxHashMap<u32, Vec<Wedge>>,
+    /// Per polygon.
+    known: Vec<OnceLock<Vec<Wedge>>>,
 }
 
 impl<'a> WedgeCache<'a> {
@@ -197,12 +199,13 @@ impl<'a> WedgeCache<'a> {
         edges: &'a BlockerEdges,
         polygons: &'a [ConvexPolygon],
     ) -> Self {
-        Self { source, edges, polygons, known: FxHashMap::default() }
+        let known = std::iter::repeat_with(OnceLock::new).take(polygons.len()).collect();
+        Self { source, edges, polygons, known }
     }
 
     /// The wedges of one blocker, as [`wedges_of`].
-    pub(crate) fn wedges(&mut self, blocker: u32) -> &[Wedge] {
-        (self.known.entry(blocker))
-            .or_insert_with(|| wedges_of(self.source, self.edges, self.polygons, blocker))
+    pub(crate) fn wedges(&self, blocker: u32) -> &[Wedge] {
+        self.known[blocker as usize]
+            .get_or_init(|| wedges_of(self.source, self.edges, self.polygons, blocker))
     }
 }

@@ -26,6 +26,7 @@ use crate::transport::gather::Gather;
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
 use crate::transport::links::{Links, NodeLight, Wanted, quadrature};
 use crate::transport::overlay::{Received, spread_over_leaves};
+use crate::transport::secondary::{OnFace, Reflector, reflectors};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::Emitters;
@@ -360,6 +361,23 @@ impl<'a> Hierarchical<'a> {
     /// The error that the user wants, W/m².
     pub(crate) fn wanted_error(&self) -> f64 {
         self.settings.tolerance * self.mean_shown
+    }
+
+    /// What whole faces reflect of the emitters' light, as far as it is known.
+    pub(crate) fn reflectors(&self) -> Vec<Reflector> {
+        let mut received: Vec<OnFace> = vec![([DVec3::ZERO; 2], 0.0); self.world.faces.len()];
+        for id in self.hierarchy.leaves() {
+            let node = self.hierarchy.node(id);
+            let Some(surface) = self.hierarchy.surface(node) else { continue };
+            // A surface of two faces is one quadrilateral, lit as one.
+            let area = node.area / surface.faces.len() as f64;
+            for face in &surface.faces {
+                let (power, known) = &mut received[face.index()];
+                power[surface.side as usize] += area * self.direct[id.index()].mean;
+                *known += 0.5 * area;
+            }
+        }
+        reflectors(self.world, &received)
     }
 
     /// What surfaces reflect, from coarse to fine.

@@ -12,6 +12,7 @@ mod links;
 pub(crate) mod mode;
 mod overlay;
 mod patches;
+pub(crate) mod secondary;
 pub(crate) mod shooting;
 pub(crate) mod source_tree;
 pub(crate) mod sources;

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::report::TransportSummary;
 use crate::transport::hierarchical::Hierarchical;
+use crate::transport::secondary::Reflector;
 use crate::transport::shooting::Shooting;
 use crate::transport::source_tree::SourceTree;
 
@@ -19,6 +20,14 @@ impl Solution<'_> {
         match self {
             Self::Shooting(shooting) => shooting.wanted_error(),
             Self::Hierarchical(hierarchical) => hierarchical.wanted_error(),
+        }
+    }
+
+    /// What whole faces reflect of the emitters' light.
+    pub(crate) fn reflectors(&self) -> Vec<Reflector> {
+        match self {
+            Self::Shooting(shooting) => shooting.reflectors(),
+            Self::Hierarchical(hierarchical) => hierarchical.reflectors(),
         }
     }
 

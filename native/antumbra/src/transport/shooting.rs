@@ -23,6 +23,7 @@ use crate::transport::form_factors::{
 };
 use crate::transport::gather::{Gather, rms};
 use crate::transport::patches::{Fit, direct_means};
+use crate::transport::secondary::{Reflector, reflectors_of_patches};
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::{Emitters, PatchId, SourceId, Sources};
 use crate::visibility::{ConvexPolygon, Receiver};
@@ -342,6 +343,12 @@ impl<'a> Shooting<'a> {
     pub(crate) fn wanted_error(&self) -> f64 {
         let white = self.settings.quantity == Quantity::Irradiance;
         self.settings.tolerance * self.balance.mean_baked(&self.sources, white)
+    }
+
+    /// What whole faces reflect of the emitters' light, as the patches' corners know it.
+    pub(crate) fn reflectors(&self) -> Vec<Reflector> {
+        let direct = direct_means(&self.mesh, self.world, None, &self.direct, &self.patch_elements);
+        reflectors_of_patches(self.world, &self.mesh, &self.patch_elements, &direct)
     }
 
     /// Direct light at the first samples, front, W/m².

@@ -108,8 +108,13 @@ impl Sources {
 
 /// The polygons that block light: every face, paired where two are one quadrilateral.
 pub(crate) fn blocking_polygons(world: &World) -> Vec<ConvexPolygon> {
+    whole_faces(world).into_iter().map(|merged| merged.polygon).collect()
+}
+
+/// Every face, paired where two are one quadrilateral; halves are indices of faces.
+pub(crate) fn whole_faces(world: &World) -> Vec<Merged> {
     let halves: Vec<Half> = world.faces.iter().map(|face| front_half(world, face)).collect();
-    merge(&halves).into_iter().map(|merged| merged.polygon).collect()
+    merge(&halves)
 }
 
 fn exitance(world: &World, face: &Face) -> DVec3 {

@@ -91,7 +91,7 @@ fn a_shared_edge_gives_both_polygons_the_same_wedges() {
     let blocker = cuboid(DVec3::Z, DVec3::splat(0.5));
     let source = light(DVec3::new(0.1, 0.2, 4.0), 1.0);
     let scene = Scene::new(source.clone(), blocker.clone());
-    let mut cache = WedgeCache::new(&source, &scene.edges, &blocker);
+    let cache = WedgeCache::new(&source, &scene.edges, &blocker);
     let all: Vec<Wedge> = (0..6).flat_map(|blocker| cache.wedges(blocker).to_vec()).collect();
     for wedge in scene.wedges() {
         let same: Vec<_> = all.iter().filter(|other| other.id == wedge.id).collect();

@@ -105,7 +105,7 @@ impl Scene {
     }
 
     pub(super) fn wedges(&self) -> Vec<Wedge> {
-        let mut cache = WedgeCache::new(&self.source, &self.edges, &self.blockers);
+        let cache = WedgeCache::new(&self.source, &self.edges, &self.blockers);
         let mut known = FxHashSet::default();
         (0..self.blockers.len() as u32)
             .flat_map(|blocker| cache.wedges(blocker).to_vec())
