@@ -127,10 +127,15 @@ fn shooting_and_links_agree() {
     assert!((links / shots - 1.0).abs().max_element() < 0.015, "{links} and {shots}");
 }
 
+/// Left to itself, the solver links where shots would not end.
 #[test]
 fn the_report_says_which_way_was_taken() {
-    let mode =
-        |transport| furnace(0.5).bake(&Settings { transport, ..adaptive() }).report.result.transport.mode;
-    assert_eq!(mode(Transport::Auto), "HIERARCHICAL");
-    assert_eq!(mode(Transport::Shooting), "SHOOTING");
+    let mode = |reflectance, transport| {
+        let settings = Settings { transport, ..adaptive() };
+        furnace(reflectance).bake(&settings).report.result.transport.mode
+    };
+    assert_eq!(mode(0.5, Transport::Auto), "SHOOTING");
+    assert_eq!(mode(0.95, Transport::Auto), "HIERARCHICAL");
+    assert_eq!(mode(0.5, Transport::Hierarchical), "HIERARCHICAL");
+    assert_eq!(mode(0.95, Transport::Shooting), "SHOOTING");
 }

@@ -5,7 +5,7 @@
 use glam::{DMat4, DVec2, DVec3};
 
 use super::*;
-use crate::adapt::line_search::contacts;
+use crate::adapt::contact_lines::contacts;
 use crate::mesh::tessellate;
 use crate::monitor::Monitor;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
