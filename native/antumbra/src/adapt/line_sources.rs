@@ -16,9 +16,9 @@ use crate::transport::source_tree::LitPolygon;
 use crate::visibility::{Receiver, unoccluded_form_factor};
 
 /// Most pairs of a secondary source and a face that are looked at, the strongest sources first: of thousands of faces a
-/// few are searched as sources, of a hundred all that could matter. It bounds the search and is no result of a sweep; at
-/// 300,000 the search in a room with four finely tessellated balls took minutes before the first shot.
-const MOST_PAIRS: usize = 20_000;
+/// none is searched as a source, of fifty all that could matter. It bounds the search and is no result of a sweep; at
+/// 20,000 the search in a room with four finely tessellated balls took minutes before the first shot.
+const MOST_PAIRS: usize = 2_000;
 
 /// A polygon that sends light, and the parts of its border that throw lines.
 #[derive(Debug, Clone)]
