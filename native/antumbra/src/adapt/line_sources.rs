@@ -15,7 +15,7 @@ use crate::transport::secondary::Reflector;
 use crate::transport::source_tree::LitPolygon;
 use crate::visibility::{Receiver, unoccluded_form_factor};
 
-/// Most pairs of a secondary source and a face that are looked at, the strongest sources first: of thousands of faces a
+/// Most pairs of a secondary source and a face that are looked at, the strongest sources first: of thousands of faces
 /// none is searched as a source, of fifty all that could matter. It bounds the search and is no result of a sweep; at
 /// 20,000 the search in a room with four finely tessellated balls took minutes before the first shot.
 const MOST_PAIRS: usize = 2_000;
