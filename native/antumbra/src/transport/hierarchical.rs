@@ -124,7 +124,6 @@ impl<'a> Hierarchical<'a> {
     /// # Errors
     /// Those of [`Self::new`].
     pub(crate) fn solve(&mut self, display: &Display, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
-        self.gather_direct(Some(display), ends)?;
         self.exchange(FINAL, Some(display), ends)
     }
 
