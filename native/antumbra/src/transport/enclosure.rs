@@ -1,18 +1,22 @@
-//! Where no light escapes: spaces that are closed all around, and what is emitted into them.
+//! How much light escapes: nothing from spaces that are closed all around.
 //!
 //! Found by rays, not by topology: rooms are put together from many objects, and what matters is what light meets. A leak
 //! that all rays miss is treated as closed; it loses less light than one ray in [`RAYS`].
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use crate::transport::hierarchy::Hierarchy;
+use crate::transport::hierarchy::{Hierarchy, NodeId};
 use crate::transport::links::Link;
 use crate::visibility::ConvexPolygon;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, unit};
 
 /// Rays by which a space counts as closed.
-const RAYS: u64 = 512;
+pub(crate) const RAYS: u64 = 512;
+
+/// Rays of one leaf, at least. What the light of hundreds of leaves errs by through theirs averages out.
+const RAYS_OF_LEAF: u64 = 32;
 
 /// Step of a ray's start off its surface, in diagonals of the scene: above rounding, below all that is modelled.
 const LIFT: f64 = 1e-9;
@@ -53,53 +57,60 @@ fn root(parent: &mut [u32], mut node: u32) -> u32 {
     node
 }
 
-/// Per node, whether it is a leaf of a closed space.
-///
-/// `lit`: per node; spaces without light are not asked.
-pub(crate) fn closed(
-    hierarchy: &Hierarchy,
-    spaces: &[u32],
-    lit: impl Fn(usize) -> bool,
-    blockers: &Blockers,
-) -> Vec<bool> {
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); hierarchy.nodes.len()];
-    let mut is_lit = vec![false; hierarchy.nodes.len()];
-    for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| node.is_leaf()) {
-        members[spaces[index] as usize].push(index as u32);
-        is_lit[spaces[index] as usize] |= lit(index);
-        debug_assert!(node.polygon().is_some());
-    }
-    let mut closed = vec![false; hierarchy.nodes.len()];
-    for (space, members) in members.iter().enumerate().filter(|(space, _)| is_lit[*space]) {
-        let polygons: Vec<&ConvexPolygon> =
-            members.iter().filter_map(|&leaf| hierarchy.nodes[leaf as usize].polygon()).collect();
-        // A leaf that nothing is linked to is a space of its own, and open.
-        if polygons.len() > 1 && escaping(&polygons, blockers, space as u64) == 0 {
-            for &leaf in members {
-                closed[leaf as usize] = true;
-            }
-        }
-    }
-    closed
+/// How much of what leaves send meets a surface.
+pub(crate) struct Enclosure {
+    /// Per node: of a leaf of a lit space, the share of its rays that meet something. Nothing for others.
+    pub(crate) caught: Vec<Option<f64>>,
+    /// Per node, whether it is a leaf of a lit space from which no ray escapes.
+    pub(crate) closed: Vec<bool>,
 }
 
-/// How many of [`RAYS`] rays, spread over polygons like their light, meet nothing.
-pub(crate) fn escaping(polygons: &[&ConvexPolygon], blockers: &Blockers, seed: u64) -> u64 {
-    let mut sum = 0.0;
-    let sums: Vec<f64> = (polygons.iter())
-        .map(|polygon| {
-            sum += polygon.area();
-            sum
-        })
-        .collect();
-    (0..RAYS)
+impl Enclosure {
+    /// Asks [`RAYS`] rays of every lit space, and at least [`RAYS_OF_LEAF`] of every leaf there.
+    ///
+    /// `lit`: per node; spaces without light are not asked.
+    pub(crate) fn new(
+        hierarchy: &Hierarchy,
+        spaces: &[u32],
+        lit: impl Fn(usize) -> bool,
+        blockers: &Blockers,
+    ) -> Self {
+        let nodes = hierarchy.nodes.len();
+        let mut members = vec![0_u64; nodes];
+        let mut is_lit = vec![false; nodes];
+        for leaf in hierarchy.leaves().map(NodeId::index) {
+            members[spaces[leaf] as usize] += 1;
+            is_lit[spaces[leaf] as usize] |= lit(leaf);
+        }
+        let caught: Vec<Option<f64>> = (0..nodes)
+            .into_par_iter()
+            .map(|index| {
+                let node = &hierarchy.nodes[index];
+                let space = spaces[index] as usize;
+                let polygon = node.polygon().filter(|_| node.is_leaf() && is_lit[space])?;
+                let rays = RAYS.div_ceil(members[space]).max(RAYS_OF_LEAF);
+                Some(1.0 - escaping(polygon, rays, blockers, index as u64) as f64 / rays as f64)
+            })
+            .collect();
+        // A leaf that nothing is linked to is a space of its own, and open.
+        let mut is_closed: Vec<bool> = (0..nodes).map(|space| is_lit[space] && members[space] > 1).collect();
+        for (index, share) in caught.iter().enumerate() {
+            is_closed[spaces[index] as usize] &= share.is_none_or(|share| share == 1.0);
+        }
+        let closed = (0..nodes).map(|i| caught[i].is_some() && is_closed[spaces[i] as usize]).collect();
+        Self { caught, closed }
+    }
+}
+
+/// How many rays of a polygon, spread over it and its hemisphere like its light, meet nothing.
+pub(crate) fn escaping(polygon: &ConvexPolygon, rays: u64, blockers: &Blockers, seed: u64) -> u64 {
+    let normal = polygon.normal();
+    (0..rays)
         .filter(|&ray| {
             let random = |k: u64| unit(splitmix(seed.wrapping_mul(0x51_7C_C1).wrapping_add(4 * ray + k)));
-            let at = (ray as f64 + random(0)) / RAYS as f64 * sum;
-            let polygon = polygons[sums.partition_point(|&before| before <= at).min(polygons.len() - 1)];
-            let normal = polygon.normal();
             let start = point_on(polygon, [random(1), random(2)]) + LIFT * blockers.diagonal() * normal;
-            let to = cosine_direction(normal, random(3), (ray as f64 * 0.618_033_988_749_894_9).fract());
+            let height = (ray as f64 + random(0)) / rays as f64;
+            let to = cosine_direction(normal, height, (ray as f64 * 0.618_033_988_749_894_9).fract());
             !blockers.blocks_segment(start, start + 2.0 * blockers.diagonal() * to)
         })
         .count() as u64

@@ -3,9 +3,11 @@
 //! Radiosity is averaged up the hierarchy, exchanged over the links, and what arrives is handed down (Hanrahan, Salzman,
 //! Aupperle 1991: push and pull). With areas as weights the operator is its own transpose.
 //!
-//! Where no light escapes, everything that a leaf sends must arrive: a row that sums to 1 - d makes an error of
-//! d·rho/(1 - rho). Leaves of closed enclosures therefore get factors, the same for sending and receiving, that make all
-//! rows sum to 1 (Sinkhorn 1964; for symmetric matrices Ruiz 2001); in the open no row may sum to more.
+//! What a leaf sends must arrive, but for what escapes, which rays tell: a row that sums to 1 - d where it should sum to 1
+//! makes an error of d·rho/(1 - rho). Leaves therefore get factors, the same for sending and receiving, that make all
+//! rows sum to their shares (Sinkhorn 1964; for symmetric matrices Ruiz 2001). Down as well as up: rows that sum to too
+//! much and rows that sum to too little are equally many, and capping the former alone would lose light. None sums to
+//! more than 1, so that the system has a solution.
 
 use glam::DVec3;
 
@@ -17,6 +19,9 @@ const MOST_STEPS: usize = 300;
 
 /// Defect of a row that cannot be told from rounding of its sum.
 const CLOSED: f64 = 2e-15;
+
+/// The same where light escapes, which is known from rays.
+const OPEN: f64 = 1e-3;
 
 /// A factor outside of this range does not correct a quadrature but hides a mistake.
 const FACTORS: [f64; 2] = [0.25, 4.0];
@@ -37,20 +42,19 @@ impl<'a> Exchange<'a> {
 
     /// Restores the row sums.
     ///
-    /// `closed`: per node, whether it is a leaf from which no light escapes.
-    pub(crate) fn close(&mut self, closed: &[bool]) {
+    /// `caught`: per node, the share of what a leaf sends that should arrive somewhere; nothing where it is not known.
+    pub(crate) fn restore(&mut self, caught: &[Option<f64>]) {
         for _ in 0..MOST_STEPS {
             let sums = self.row_sums();
-            let mut worst = 0.0_f64;
+            let mut settled = true;
             for (index, node) in self.hierarchy.nodes.iter().enumerate() {
                 let sum = sums[index];
-                if !node.is_leaf() || sum <= 0.0 || !(closed[index] || sum > 1.0) {
-                    continue;
-                }
-                worst = worst.max((sum - 1.0).abs());
-                self.factors[index] = (self.factors[index] / sum.sqrt()).clamp(FACTORS[0], FACTORS[1]);
+                let Some(wanted) = caught[index].filter(|_| node.is_leaf() && sum > 0.0) else { continue };
+                settled &= (sum - wanted).abs() <= if wanted == 1.0 { CLOSED } else { OPEN };
+                let factor = self.factors[index] * (wanted / sum).sqrt();
+                self.factors[index] = factor.clamp(FACTORS[0], FACTORS[1]);
             }
-            if worst <= CLOSED {
+            if settled {
                 break;
             }
         }

@@ -19,7 +19,7 @@ use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
 use crate::transport::conjugate_gradients::solve;
-use crate::transport::enclosure::{closed, escaping, spaces};
+use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
 use crate::transport::exchange::Exchange;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::Gather;
@@ -211,10 +211,11 @@ impl<'a> Hierarchical<'a> {
         let lit = |index: usize| {
             self.direct[index].mean != DVec3::ZERO || self.light.radiosity[index] != DVec3::ZERO
         };
-        let closed = closed(&self.hierarchy, &spaces, lit, self.form_factors.blockers);
+        let Enclosure { caught, closed } =
+            Enclosure::new(&self.hierarchy, &spaces, lit, self.form_factors.blockers);
         self.refuse_endless_light(&spaces, &closed)?;
         let mut exchange = Exchange::new(&self.hierarchy, &self.links.links);
-        exchange.close(&closed);
+        exchange.restore(&caught);
 
         let leaf = |index: usize| nodes[index].is_leaf();
         let areas: Vec<f64> = (0..nodes.len()).map(|i| if leaf(i) { nodes[i].area } else { 0.0 }).collect();
@@ -254,7 +255,7 @@ impl<'a> Hierarchical<'a> {
         let mut inside = DVec3::ZERO;
         for (index, lamp) in self.emitters.polygons.iter().enumerate() {
             // The outside of a room that emits on both sides lights nothing.
-            if escaping(&[&lamp.polygon], self.form_factors.blockers, index as u64) == 0 {
+            if escaping(&lamp.polygon, RAYS, self.form_factors.blockers, index as u64) == 0 {
                 inside += lamp.radiosity * lamp.polygon.area();
             }
         }
