@@ -44,11 +44,12 @@ const SETTLED: f64 = 1.1;
 /// Links that memory has room for: 400 MB of them, and as much for their making.
 const MOST_LINKS: usize = 6_000_000;
 
-/// Share of the wanted error over all baked surfaces that a single link may make: for an estimate, and for good. Errors of
-/// links are independent, so a hundred of them make the wanted error. On the Cornell box half of it doubles the links and
-/// changes the light by less than their error.
+/// Share of the wanted error over all baked surfaces that a single link may make: for an estimate, and for good. Links to
+/// one element err alike where a neighbour shades it, so that a thousand of them make the wanted error only at a
+/// thirtieth. On the Cornell box the whole bake errs by 2.7, 2.3, 2.0 and 1.9 % at 0.1, 0.05, 0.03 and 0.01, with 8, 16, 28
+/// and 101 thousand links.
 const ESTIMATE: f64 = 0.4;
-const FINAL: f64 = 0.1;
+const FINAL: f64 = 0.03;
 
 /// Points at which emitters' light is computed on a leaf that is not displayed: a rule of two along each side.
 const RULE: usize = 2;
