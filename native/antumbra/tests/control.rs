@@ -67,7 +67,7 @@ fn cancelled_before_it_starts() {
 #[test]
 fn cancelled_while_it_shoots() {
     for method in METHODS {
-        let (result, _) = watched(&Settings { method, ..endless() }, |monitor, progress| {
+        let (result, _) = watched(&Settings { method, ..quick() }, |monitor, progress| {
             if progress.stage == Stage::Shooting && progress.shots >= 2 {
                 monitor.cancel();
             }
