@@ -105,12 +105,14 @@ impl Enclosure {
 /// How many rays of a polygon, spread over it and its hemisphere like its light, meet nothing.
 pub(crate) fn escaping(polygon: &ConvexPolygon, rays: u64, blockers: &Blockers, seed: u64) -> u64 {
     let normal = polygon.normal();
+    // Without a turn of its own, all parts of a wall would look in the same directions and miss the same leaks.
+    let turn = unit(splitmix(!seed));
     (0..rays)
         .filter(|&ray| {
             let random = |k: u64| unit(splitmix(seed.wrapping_mul(0x51_7C_C1).wrapping_add(4 * ray + k)));
             let start = point_on(polygon, [random(1), random(2)]) + LIFT * blockers.diagonal() * normal;
             let height = (ray as f64 + random(0)) / rays as f64;
-            let to = cosine_direction(normal, height, (ray as f64 * 0.618_033_988_749_894_9).fract());
+            let to = cosine_direction(normal, height, (turn + ray as f64 * 0.618_033_988_749_894_9).fract());
             !blockers.blocks_segment(start, start + 2.0 * blockers.diagonal() * to)
         })
         .count() as u64

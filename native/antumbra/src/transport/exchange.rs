@@ -11,6 +11,7 @@
 
 use glam::DVec3;
 
+use crate::transport::enclosure::Enclosure;
 use crate::transport::hierarchy::Hierarchy;
 use crate::transport::links::Link;
 
@@ -40,17 +41,14 @@ impl<'a> Exchange<'a> {
         Self { hierarchy, links, factors: vec![1.0; hierarchy.nodes.len()] }
     }
 
-    /// Restores the row sums.
-    ///
-    /// `caught`: per node, the share of what a leaf sends that should arrive somewhere; nothing where it is not known.
-    pub(crate) fn restore(&mut self, caught: &[Option<f64>]) {
+    /// Restores the row sums to the shares that are caught.
+    pub(crate) fn restore(&mut self, enclosure: &Enclosure) {
         for _ in 0..MOST_STEPS {
             let sums = self.row_sums();
             let mut settled = true;
-            for (index, node) in self.hierarchy.nodes.iter().enumerate() {
-                let sum = sums[index];
-                let Some(wanted) = caught[index].filter(|_| node.is_leaf() && sum > 0.0) else { continue };
-                settled &= (sum - wanted).abs() <= if wanted == 1.0 { CLOSED } else { OPEN };
+            for (index, &sum) in sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
+                let Some(wanted) = enclosure.caught[index] else { continue };
+                settled &= (sum - wanted).abs() <= if enclosure.closed[index] { CLOSED } else { OPEN };
                 let factor = self.factors[index] * (wanted / sum).sqrt();
                 self.factors[index] = factor.clamp(FACTORS[0], FACTORS[1]);
             }
