@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use crate::adapt::fit::fitted;
 use crate::adapt::refinement::{Layer, Refinable, Refinement};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
@@ -21,11 +22,24 @@ pub(crate) enum DisplayMesh<'a> {
     Tessellated(Tessellation<'a>),
 }
 
+/// Where light comes from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Light {
+    /// Emitters.
+    Direct,
+    /// What surfaces reflect.
+    Indirect,
+}
+
 /// The mesh that is shown, with its light.
 pub(crate) struct Display<'a> {
     pub(crate) mesh: DisplayMesh<'a>,
     direct: Layer,
     indirect: Layer,
+    /// Per [`Light`]: irradiance of the samples with which the linear elements fit it best, W/m².
+    fitted: [Vec<DVec3>; 2],
+    /// Samples whose indirect light is the mean of their parents'.
+    interpolated: Vec<bool>,
 }
 
 impl<'a> Display<'a> {
@@ -36,13 +50,20 @@ impl<'a> Display<'a> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn new(mesh: DisplayMesh<'a>, known: Vec<DVec3>, gather: &Gather) -> Result<Self, Error> {
-        let mut display = Self { mesh, direct: Layer::default(), indirect: Layer::default() };
+        let mut display = Self {
+            mesh,
+            direct: Layer::default(),
+            indirect: Layer::default(),
+            fitted: Default::default(),
+            interpolated: Vec::new(),
+        };
         let mut irradiance = known;
         let samples = display.samples();
         irradiance.truncate(samples.len());
         let unknown: Vec<usize> = (irradiance.len()..samples.len()).collect();
         irradiance.extend(gathered(gather, samples, &unknown)?);
         display.direct = Layer::new(irradiance);
+        display.fit();
         Ok(display)
     }
 
@@ -51,10 +72,20 @@ impl<'a> Display<'a> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn refine_for_emitters(&mut self, refinement: &Refinement) -> Result<bool, Error> {
-        match &mut self.mesh {
+        let held_back = match &mut self.mesh {
             DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.direct),
             DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.direct),
-        }
+        }?;
+        self.fit();
+        Ok(held_back)
+    }
+
+    /// Fits the linear elements to what is known of the light.
+    fn fit(&mut self) {
+        self.fitted = [&self.direct, &self.indirect].map(|layer| match &self.mesh {
+            DisplayMesh::Quartered(mesh) => fitted(mesh, layer),
+            DisplayMesh::Tessellated(mesh) => fitted(mesh, layer),
+        });
     }
 
     /// Gathers the light of patches. A sample that was made for the emitters' sake gets the mean of its parents where
@@ -76,6 +107,7 @@ impl<'a> Display<'a> {
         let first = irradiance.len();
         irradiance.resize(samples.len(), DVec3::ZERO);
         let mut generation = vec![0_u32; samples.len()];
+        let mut interpolated = vec![false; samples.len()];
         for (index, sample) in samples.iter().enumerate().skip(first) {
             if let Some([a, b]) = sample.parents {
                 generation[index] = 1 + generation[a.index()].max(generation[b.index()]);
@@ -90,7 +122,10 @@ impl<'a> Display<'a> {
             let mut uneven = Vec::new();
             for index in members {
                 match samples[index].parents.map(|parents| parents.map(|p| irradiance[p.index()])) {
-                    Some([a, b]) if (gather.ends)() || rms(a - b) < even => irradiance[index] = 0.5 * (a + b),
+                    Some([a, b]) if (gather.ends)() || rms(a - b) < even => {
+                        irradiance[index] = 0.5 * (a + b);
+                        interpolated[index] = true;
+                    }
                     _ => uneven.push(index),
                 }
             }
@@ -100,6 +135,40 @@ impl<'a> Display<'a> {
             }
         }
         self.indirect = Layer::new(irradiance);
+        self.interpolated = interpolated;
+        self.fit();
+        Ok(())
+    }
+
+    /// Gathers the light of patches once more, after it has changed a little: at the samples where it was computed.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn light_again(&mut self, gather: &Gather) -> Result<(), Error> {
+        let samples = samples_of(&self.mesh);
+        let indirect = &self.indirect;
+        let is_mean = |index: usize| match (self.interpolated.get(index), samples[index].parents) {
+            (Some(&interpolated), _) => interpolated,
+            (None, Some(parents)) => indirect.middle(parents).is_none(),
+            (None, None) => false,
+        };
+        let computed: Vec<usize> = (0..samples.len()).filter(|&index| !is_mean(index)).collect();
+        let arrived = gathered(gather, samples, &computed)?;
+        if (gather.ends)() {
+            // What was not computed must not pass for darkness.
+            return Ok(());
+        }
+        let mut irradiance = vec![None; samples.len()];
+        for (&index, value) in computed.iter().zip(arrived) {
+            irradiance[index] = Some(value);
+        }
+        let mut values: Vec<DVec3> = Vec::with_capacity(samples.len());
+        for (index, known) in irradiance.into_iter().enumerate() {
+            let mean = || samples[index].parents.map(|[a, b]| 0.5 * (values[a.index()] + values[b.index()]));
+            values.push(known.or_else(mean).unwrap_or(DVec3::ZERO));
+        }
+        self.indirect.irradiance = values;
+        self.fit();
         Ok(())
     }
 
@@ -114,14 +183,15 @@ impl<'a> Display<'a> {
         }?;
         let Self { mesh, direct, .. } = self;
         direct.extend(samples_of(mesh));
+        self.fit();
         Ok(held_back)
     }
 
-    /// Direct irradiance of every displayed triangle: its face, its corners' barycentric coordinates there, W/m².
-    pub(crate) fn for_each_direct(&self, mut emit: impl FnMut(FaceId, [DVec3; 3], [DVec3; 3])) {
+    /// Irradiance of every displayed triangle: its face, its corners' barycentric coordinates there, W/m².
+    pub(crate) fn for_each_lit(&self, light: Light, mut emit: impl FnMut(FaceId, [DVec3; 3], [DVec3; 3])) {
+        let irradiance = &self.fitted[light as usize];
         let at = |corner: &Corner| {
-            0.5 * (self.direct.irradiance[corner.samples[0].index()]
-                + self.direct.irradiance[corner.samples[1].index()])
+            0.5 * (irradiance[corner.samples[0].index()] + irradiance[corner.samples[1].index()])
         };
         for (face, corners) in self.triangles() {
             emit(face, corners.each_ref().map(|c| c.barycentric), corners.each_ref().map(at));
@@ -148,8 +218,8 @@ impl<'a> Display<'a> {
 
     /// All light on a sample's front, W/m², with the indirect light scaled per channel.
     pub(crate) fn irradiance(&self, indirect_scale: DVec3) -> Vec<DVec3> {
-        let indirect = |index: usize| self.indirect.irradiance.get(index).copied().unwrap_or(DVec3::ZERO);
-        (self.direct.irradiance.iter().enumerate())
+        let indirect = |index: usize| self.fitted[1].get(index).copied().unwrap_or(DVec3::ZERO);
+        (self.fitted[0].iter().enumerate())
             .map(|(index, direct)| *direct + indirect_scale * indirect(index))
             .collect()
     }

@@ -34,10 +34,10 @@ use crate::weld::{Bake, weld};
 
 /// Share of the wanted error that refinement for the emitters may leave; errors add up in quadrature, and the patches'
 /// own, that they send a mean, is not estimated.
-const SHARE_OF_EMITTERS: f64 = 0.75;
+const SHARE_OF_EMITTERS: f64 = 0.4;
 
 /// The same for refinement for what patches reflect.
-const SHARE_OF_PATCHES: f64 = 0.5;
+const SHARE_OF_PATCHES: f64 = 0.4;
 
 /// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
 /// ones that one waits for.
@@ -206,6 +206,14 @@ impl<'a> Solver<'a> {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, false, [SHOOTING[1], 0.99]);
             self.out_of_budget |= display.refine_for_patches(&refinement)?;
+        }
+        if let Solution::Hierarchical(hierarchical) = &mut exchange
+            && !ends()
+        {
+            // The mesh now knows more of the light than the links that it came over
+            hierarchical.correct(&display);
+            let lit = hierarchical.lit();
+            display.light_again(&self.gather(&lit, hierarchical.wanted_error(), &ends))?;
         }
         self.record(&display, &exchange);
         self.transport = exchange.summary();

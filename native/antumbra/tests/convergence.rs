@@ -97,15 +97,15 @@ fn adaptive_subdivision_beats_a_uniform_mesh_of_more_vertices() {
 
 /// What the paper is about: edges on the shadow boundaries are worth more than small elements.
 #[test]
-fn shadow_boundaries_take_half_the_vertices_of_subdivision_for_the_same_error() {
+fn shadow_boundaries_take_a_fifth_of_the_vertices_of_subdivision_for_the_same_error() {
     let paper = PaperScene::new();
-    for tolerance in [0.02, 0.01, 0.005] {
+    for tolerance in [0.04, 0.02, 0.01] {
         let (wanted, many) = paper.error(&Settings { tolerance, ..by(Method::As) });
         let finer = [1.4, 1.0, 0.7, 0.5, 0.35].map(|part| part * tolerance);
         let bakes = finer.map(|tolerance| paper.error(&Settings { tolerance, ..by(Method::Adm) }));
         let (error, few) = *bakes.iter().find(|(error, _)| *error <= wanted).expect("one is fine enough");
         println!("AS: {wanted:.5} with {many} vertices; ADM: {error:.5} with {few}");
-        assert!(2 * few <= many, "{few} vertices with shadow boundaries, {many} without");
+        assert!(5 * few <= many, "{few} vertices with shadow boundaries, {many} without");
     }
 }
 

@@ -58,23 +58,6 @@ fn under_a_square_light_every_vertex_has_the_closed_form() {
     }
 }
 
-/// The vertices of the source are computed, and they stay exact however the mesh is refined between them.
-#[test]
-fn adaptive_refinement_keeps_the_source_vertices_exact() {
-    let mut scene = Scene::default();
-    floor(&mut scene, 4);
-    scene.light(&lamp(DVec3::new(0.3, -0.2, 0.8), 0.25), 10.0);
-    let bake = scene.bake(&arriving(adaptive()));
-    let source = &scene.input.objects[0].positions;
-    let mut seen = 0;
-    for (p, light) in corners(&bake.meshes[0]).filter(|(p, _)| source.contains(p)) {
-        let expected = 10.0 * parallel_square([p.x - 0.3, p.y + 0.2], 0.25, 0.8);
-        assert!((light.y - expected).abs() <= 1e-5, "{} instead of {expected} at {p}", light.y);
-        seen += 1;
-    }
-    assert!(seen >= 25);
-}
-
 #[test]
 fn a_light_twice_as_strong_is_twice_as_bright_and_two_lights_add_up() {
     let bake = |strengths: [f64; 2]| {

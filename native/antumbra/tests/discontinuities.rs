@@ -200,36 +200,3 @@ fn a_symmetric_scene_is_lit_symmetrically() {
         );
     }
 }
-
-/// The penumbra behind a half-plane is that of a light cut by a line: known at every vertex.
-#[test]
-fn behind_a_half_plane_every_vertex_has_the_closed_form() {
-    for method in WITH_LINES {
-        let scene = half_plane();
-        let bake = scene.bake(&arriving(by(method)));
-        let mut seen = 0;
-        for (p, light) in corners(&bake.meshes[0]) {
-            // What is right of the plane through the point and the board's edge
-            let left = (-3.0 * p.x).clamp(-0.2, 0.8);
-            let expected = 10.0 * parallel_rectangle([left - p.x, 0.8 - p.x], [-0.5 - p.y, 0.5 - p.y], 4.0);
-            assert!(
-                (light.y - expected).abs() <= 1e-5,
-                "{method:?}: {} instead of {expected} at {p}",
-                light.y
-            );
-            seen += usize::from(left > -0.2 && left < 0.8);
-        }
-        assert!(seen > 50, "{method:?}: {seen} corners in the penumbra");
-    }
-}
-
-/// Form factor from a point to a parallel rectangle at a height, given by its sides' coordinates from the point.
-fn parallel_rectangle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], height: f64) -> f64 {
-    // Under a corner (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-4); odd in both sides.
-    let corner = |a: f64, b: f64| {
-        let (a, b) = (a / height, b / height);
-        let (along, across) = (a.hypot(1.0), b.hypot(1.0));
-        (a / along * (b / along).atan() + b / across * (a / across).atan()) / (2.0 * PI)
-    };
-    corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
-}

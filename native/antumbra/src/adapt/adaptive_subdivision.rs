@@ -17,6 +17,11 @@ impl Refinable for Quartering<'_> {
         self.mesh.leaves_of_baked(self.world)
     }
 
+    fn is_anchored(&self, id: ElementId, edge: usize) -> bool {
+        let samples = self.mesh.element(id).samples;
+        self.mesh.sample_midpoint(samples[edge], samples[(edge + 1) % 3]).is_some()
+    }
+
     fn leaf(&self, id: ElementId) -> Option<Leaf> {
         let element = self.mesh.element(id);
         let leaf = Leaf { face: element.face, samples: element.samples, area: element.area };

@@ -3,6 +3,7 @@
 mod adaptive_subdivision;
 mod bisection;
 pub(crate) mod contact_lines;
+pub(crate) mod fit;
 mod five_cases;
 pub(crate) mod line_choice;
 pub(crate) mod line_search;

@@ -94,6 +94,10 @@ pub(crate) trait Refinable: Sync {
     fn may_refine(&self, element: ElementId) -> bool;
     /// The sample in the middle of an edge of a leaf, made or not.
     fn middle(&self, element: ElementId, edge: usize) -> Sample;
+    /// Whether an edge of a leaf has a vertex in its middle that only its neighbours are refined to.
+    fn is_anchored(&self, _element: ElementId, _edge: usize) -> bool {
+        false
+    }
     /// Where a leaf's centroid receives light.
     fn centroid(&self, element: ElementId) -> Receiver;
     /// Makes an element finer; `squared_deviations` tell how much each of its edges wants it. New leaves are appended.
@@ -160,7 +164,11 @@ impl Layer {
         if bulge.length_squared() > CERTAIN * arrived.variance { bulge } else { DVec3::ZERO }
     }
 
-    fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
+    pub(crate) fn bulge_of(&self, element: ElementId) -> DVec3 {
+        self.bulges.get(&element).copied().unwrap_or(DVec3::ZERO)
+    }
+
+    pub(crate) fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
         self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.deviation)
     }
 }

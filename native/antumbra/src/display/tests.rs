@@ -95,33 +95,7 @@ struct Lit {
 fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<Lit> {
     let world = World::new(input).expect("the scene is valid");
     let shift = input.objects[0].positions[0] - world.vertices[0];
-    let emitters = Emitters::new(&world);
-    let blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
-    let form_factors = FormFactors::new(&blockers);
-    let lines = contacts(&world, &blockers, |_| true, 0.0);
-    let (mut mesh, _) = tessellate(&world, &lines, |face| world.receives(face), 20);
-    mesh.bisect_to(size, 100_000, &|| false);
-    let monitor = Monitor::new();
-    let gather = || Gather {
-        form_factors: &form_factors,
-        monitor: &monitor,
-        sources: &emitters.tree,
-        wanted_error: wanted,
-        ends: &|| false,
-    };
-    let mut display =
-        Display::new(DisplayMesh::Tessellated(mesh), Vec::new(), &gather()).expect("not cancelled");
-    let refinement = Refinement {
-        world: &world,
-        gather: gather(),
-        shown: &[DVec3::ONE; 2],
-        wanted_error: wanted,
-        allowed: wanted * wanted * baked_area(&world),
-        triangle_budget: 20_000,
-        hidden_shadows: true,
-        progress: [0.0, 1.0],
-    };
-    display.refine_for_emitters(&refinement).expect("not cancelled");
+    let display = display(&world, size, wanted);
     let irradiance = display.irradiance(DVec3::ONE);
     let samples = display.samples();
     let mut found = Vec::new();
@@ -146,6 +120,38 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<Lit> {
         }
     }
     found
+}
+
+/// Elements of at most `size`, metres, refined for direct light until the rms error is `wanted`.
+fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
+    let emitters = Emitters::new(world);
+    let blockers = Blockers::new(blocking_polygons(world), world.diagonal);
+    let form_factors = FormFactors::new(&blockers);
+    let lines = contacts(world, &blockers, |_| true, 0.0);
+    let (mut mesh, _) = tessellate(world, &lines, |face| world.receives(face), 20);
+    mesh.bisect_to(size, 100_000, &|| false);
+    let monitor = Monitor::new();
+    let gather = || Gather {
+        form_factors: &form_factors,
+        monitor: &monitor,
+        sources: &emitters.tree,
+        wanted_error: wanted,
+        ends: &|| false,
+    };
+    let mut display =
+        Display::new(DisplayMesh::Tessellated(mesh), Vec::new(), &gather()).expect("not cancelled");
+    let refinement = Refinement {
+        world,
+        gather: gather(),
+        shown: &[DVec3::ONE; 2],
+        wanted_error: wanted,
+        allowed: wanted * wanted * baked_area(world),
+        triangle_budget: 20_000,
+        hidden_shadows: true,
+        progress: [0.0, 1.0],
+    };
+    display.refine_for_emitters(&refinement).expect("not cancelled");
+    display
 }
 
 /// The larger of the errors, relative to the limits.
@@ -272,4 +278,81 @@ fn boxes_that_intersect_have_limits_where_they_meet() {
     }));
     println!("{seen} corners on the top, off by {error:.2e} of the limit");
     assert!(seen > 5 && error < LIMIT, "{error:e}");
+}
+
+/// A bump of light bends one way in its midst, where interpolation is too dark everywhere.
+#[test]
+fn fitted_elements_are_nearer_to_the_light_than_interpolation() {
+    let lamp = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, 0.5)];
+    let input = scene(vec![floor(3.0)], Some(lamp));
+    let world = World::new(&input).expect("the scene is valid");
+    let shift = input.objects[0].positions[0] - world.vertices[0];
+    let display = display(&world, 1.5, 0.01);
+    let errors = |irradiance: &[DVec3]| {
+        let (mut squared, mut bias, mut area) = (0.0, 0.0, 0.0);
+        for (face, corners) in display.triangles() {
+            let [a, b, c] = world.corners(&world.faces[face.index()]);
+            let points = corners.each_ref().map(|k| {
+                let weights = k.barycentric;
+                shift + weights.x * a + weights.y * b + weights.z * c
+            });
+            let light = corners.each_ref().map(|k| irradiance[k.samples[0].index()].y);
+            let element = 0.5 * (points[1] - points[0]).cross(points[2] - points[0]).length();
+            // A rule of degree two on each of sixteen parts
+            let n = 4;
+            for i in 0..2 * n * n {
+                let (row, column) = (i / (2 * n), i % (2 * n));
+                let (u, v) =
+                    ((f64::from(row) + 0.5) / f64::from(n), (f64::from(column) + 0.5) / f64::from(2 * n));
+                let (s, t) = (1.0 - u.sqrt(), v * u.sqrt());
+                let weights = [s, t, 1.0 - s - t];
+                let point = (0..3).map(|k| weights[k] * points[k]).sum::<DVec3>();
+                let shown: f64 = (0..3).map(|k| weights[k] * light[k]).sum();
+                let error = shown - light_of(lamp, point);
+                let share = element / f64::from(2 * n * n);
+                squared += share * error * error;
+                bias += share * error;
+                area += share;
+            }
+        }
+        ((squared / area).sqrt(), (bias / area).abs())
+    };
+    let (interpolated, dark) = errors(&display.direct.irradiance);
+    let (fitted, fitted_dark) = errors(&display.fitted[Light::Direct as usize]);
+    println!("rms error {interpolated:.2e} -> {fitted:.2e}, bias {dark:.2e} -> {fitted_dark:.2e} W/m²");
+    assert!(fitted < 0.7 * interpolated && fitted_dark < 0.2 * dark);
+}
+
+/// The penumbra behind a half-plane is that of a light cut by a line: known at every sample, refined as it may be.
+/// What is shown is fitted to these.
+#[test]
+fn every_sample_behind_a_half_plane_has_the_closed_form() {
+    let lamp = [DVec2::new(-0.2, -0.5), DVec2::new(0.8, 0.5)];
+    let board = parallelogram(DVec3::new(-9.0, -9.0, 1.0), DVec3::X * 9.0, DVec3::Y * 18.0);
+    let input = scene(vec![floor(3.0), board], Some(lamp));
+    let world = World::new(&input).expect("the scene is valid");
+    let shift = input.objects[0].positions[0] - world.vertices[0];
+    let display = display(&world, 0.5, 1e-3);
+    let (mut worst, mut seen) = (0.0_f64, 0);
+    for (face, corners) in display.triangles() {
+        let face = &world.faces[face.index()];
+        if face.object.index() != 0 {
+            continue;
+        }
+        let [a, b, c] = world.corners(face);
+        for corner in &corners {
+            let weights = corner.barycentric;
+            let point = shift + weights.x * a + weights.y * b + weights.z * c;
+            // What is right of the plane through the point and the board's edge
+            let left = (-3.0 * point.x).clamp(lamp[0].x, lamp[1].x);
+            let visible = [DVec2::new(left, lamp[0].y), lamp[1]];
+            let expected = if left < lamp[1].x { light_of(visible, point) } else { 0.0 };
+            let found = display.direct.irradiance[corner.samples[0].index()].y;
+            worst = worst.max((found - expected).abs() / light_of(lamp, point));
+            seen += usize::from(left > lamp[0].x && left < lamp[1].x);
+        }
+    }
+    println!("{seen} corners in the penumbra, off by {worst:.2e} of the unblocked light");
+    // A sample on a line is lit a millionth of its elements beside it.
+    assert!(seen > 50 && worst < 1e-6, "{seen} corners, off by {worst:e}");
 }

@@ -114,6 +114,11 @@ impl Sample {
         self.after_steps(1.0, side)
     }
 
+    /// Whether its light is a limit from one side.
+    pub(crate) fn is_one_sided(&self) -> bool {
+        self.one_sided
+    }
+
     /// The points from which the limit of its light follows.
     pub(crate) fn approach(&self, side: Side) -> Approach {
         let far = self.one_sided.then(|| self.after_steps(2.0, side));

@@ -18,6 +18,10 @@ pub(crate) const RAYS: u64 = 512;
 /// Rays of one leaf, at least. What the light of hundreds of leaves errs by through theirs averages out.
 const RAYS_OF_LEAF: u64 = 32;
 
+/// Standard error, relative to what is caught, below which a space's rays tell more of its balance than light that is
+/// interpolated over its surfaces.
+const CERTAIN: f64 = 1e-3;
+
 /// Step of a ray's start off its surface, in diagonals of the scene: above rounding, below all that is modelled.
 const LIFT: f64 = 1e-9;
 
@@ -63,6 +67,8 @@ pub(crate) struct Enclosure {
     pub(crate) caught: Vec<Option<f64>>,
     /// Per node, whether it is a leaf of a lit space from which no ray escapes.
     pub(crate) closed: Vec<bool>,
+    /// Per node, for a leaf: the space that it lies in, where the rays tell all that is caught there to [`CERTAIN`].
+    pub(crate) certain: Vec<Option<u32>>,
 }
 
 impl Enclosure {
@@ -82,13 +88,14 @@ impl Enclosure {
             members[spaces[leaf] as usize] += 1;
             is_lit[spaces[leaf] as usize] |= lit(leaf);
         }
+        let rays = |space: usize| RAYS.div_ceil(members[space]).max(RAYS_OF_LEAF);
         let caught: Vec<Option<f64>> = (0..nodes)
             .into_par_iter()
             .map(|index| {
                 let node = &hierarchy.nodes[index];
                 let space = spaces[index] as usize;
                 let polygon = node.polygon().filter(|_| node.is_leaf() && is_lit[space])?;
-                let rays = RAYS.div_ceil(members[space]).max(RAYS_OF_LEAF);
+                let rays = rays(space);
                 Some(1.0 - escaping(polygon, rays, blockers, index as u64) as f64 / rays as f64)
             })
             .collect();
@@ -98,8 +105,33 @@ impl Enclosure {
             is_closed[spaces[index] as usize] &= share.is_none_or(|share| share == 1.0);
         }
         let closed = (0..nodes).map(|i| caught[i].is_some() && is_closed[spaces[i] as usize]).collect();
-        Self { caught, closed }
+        let certain = certain(hierarchy, spaces, &caught, rays);
+        Self { caught, closed, certain }
     }
+}
+
+/// The spaces of leaves of which it is certain how much is caught there.
+fn certain(
+    hierarchy: &Hierarchy,
+    spaces: &[u32],
+    caught: &[Option<f64>],
+    rays: impl Fn(usize) -> u64,
+) -> Vec<Option<u32>> {
+    // Per space: what is caught of light that is the same everywhere, and its variance.
+    let mut sums = vec![(0.0, 0.0); spaces.len()];
+    for (index, share) in caught.iter().enumerate() {
+        let Some(share) = *share else { continue };
+        let space = spaces[index] as usize;
+        let area = hierarchy.nodes[index].area;
+        sums[space].0 += area * share;
+        sums[space].1 += area * area * share * (1.0 - share) / rays(space) as f64;
+    }
+    (0..spaces.len())
+        .map(|index| {
+            let (sum, variance) = sums[spaces[index] as usize];
+            (caught[index].is_some() && variance.sqrt() <= CERTAIN * sum).then_some(spaces[index])
+        })
+        .collect()
 }
 
 /// How many rays of a polygon, spread over it and its hemisphere like its light, meet nothing.

@@ -38,7 +38,17 @@ pub(crate) struct Exchange<'a> {
 impl<'a> Exchange<'a> {
     /// The exchange as it was estimated.
     pub(crate) fn new(hierarchy: &'a Hierarchy, links: &'a [Link]) -> Self {
-        Self { hierarchy, links, factors: vec![1.0; hierarchy.nodes.len()] }
+        Self::with_factors(hierarchy, links, vec![1.0; hierarchy.nodes.len()])
+    }
+
+    /// The exchange with the factors of one that was restored.
+    pub(crate) fn with_factors(hierarchy: &'a Hierarchy, links: &'a [Link], factors: Vec<f64>) -> Self {
+        Self { hierarchy, links, factors }
+    }
+
+    /// Per node, of leaves: what restores its row sum.
+    pub(crate) fn into_factors(self) -> Vec<f64> {
+        self.factors
     }
 
     /// Restores the row sums to the shares that are caught.

@@ -3,6 +3,7 @@
 //! Samples are gathered in clusters of neighbours; one shaft per cluster finds the polygons that could block any of
 //! them. Most shafts are empty.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -72,6 +73,24 @@ pub(crate) struct Workspace {
     kernel: Scratch,
     own: Vec<u32>,
     shared: Vec<u32>,
+    /// What was narrowed down for a cluster, one list after the other.
+    narrowed: Vec<u32>,
+}
+
+/// What may come between a cluster and a source, for the parts of the source to take over.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Narrowed {
+    /// Too much, or nobody asked.
+    Unknown,
+    /// A part of [`Workspace::narrowed`].
+    Known { start: u32, end: u32 },
+}
+
+impl Workspace {
+    /// Forgets what was narrowed down for another cluster.
+    pub(crate) fn next_cluster(&mut self) {
+        self.narrowed.clear();
+    }
 }
 
 /// Evaluates form factors in one scene.
@@ -197,6 +216,29 @@ impl Cluster {
     }
 }
 
+/// A cluster with the receivers that it is of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clustered<'a> {
+    pub(crate) cluster: &'a Cluster,
+    pub(crate) of: Seeded<'a>,
+}
+
+impl<'a> Clustered<'a> {
+    /// The k-th member.
+    pub(crate) fn receiver(&self, k: usize) -> &'a Receiver {
+        &self.of.receivers[self.cluster.members[k] as usize]
+    }
+
+    fn seed(&self, k: usize) -> u64 {
+        self.of.seeds[self.cluster.members[k] as usize]
+    }
+
+    /// Whether light can come from the sending side of a source to any member.
+    fn faces(&self, source: &ConvexPolygon) -> bool {
+        (0..self.cluster.members.len()).any(|k| faces(self.receiver(k), source))
+    }
+}
+
 /// Groups receivers into compact clusters of at most `size`: halved along their longest extent until they are small
 /// enough. (Along a space-filling curve neighbours may lie on opposite sides of the scene.)
 pub(crate) fn clusters(receivers: &[Receiver], size: usize) -> Vec<Cluster> {
@@ -266,28 +308,92 @@ impl FormFactors<'_> {
         self.counters.rays.fetch_add(rays, Ordering::Relaxed);
     }
 
-    /// The form factors of all receivers of a cluster that face a source.
-    pub(crate) fn of_cluster(
+    /// Finds what may come between a cluster and the parts of a source, if that is little; nothing when no receiver of
+    /// the cluster faces it.
+    pub(crate) fn narrow(
+        &self,
+        at: Clustered,
+        source: &ConvexPolygon,
+        known: Narrowed,
+        workspace: &mut Workspace,
+    ) -> Option<Narrowed> {
+        if !at.faces(source) {
+            return None;
+        }
+        let Workspace { shared, narrowed, .. } = workspace;
+        if let Narrowed::Known { start, end } = known {
+            let Range { start, end } = self.narrow_further(at.cluster, source, start..end, narrowed);
+            return Some(Narrowed::Known { start, end });
+        }
+        let shaft = Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None);
+        if self.blockers.candidates(&shaft, ALWAYS_EXACT, shared).is_err() {
+            return Some(Narrowed::Unknown);
+        }
+        let start = narrowed.len() as u32;
+        narrowed.extend_from_slice(shared);
+        Some(Narrowed::Known { start, end: narrowed.len() as u32 })
+    }
+
+    /// What of the candidates for a source may come between a cluster and a part of it.
+    fn narrow_further(
         &self,
         cluster: &Cluster,
-        of: Seeded,
+        part: &ConvexPolygon,
+        candidates: Range<u32>,
+        narrowed: &mut Vec<u32>,
+    ) -> Range<u32> {
+        if candidates.len() <= 1 {
+            return candidates;
+        }
+        let (low, high) = cluster.bounds();
+        let shaft = Shaft::of_boxes([low, high], part);
+        let start = narrowed.len() as u32;
+        for index in candidates {
+            let candidate = narrowed[index as usize];
+            if shaft.may_block(&self.blockers.polygons()[candidate as usize]) {
+                narrowed.push(candidate);
+            }
+        }
+        start..narrowed.len() as u32
+    }
+
+    /// The form factors of all receivers of a cluster that face a source.
+    ///
+    /// `known`: what was found for what the source is a part of. `found`: gets the receiver's number in the cluster.
+    pub(crate) fn of_cluster(
+        &self,
+        at: Clustered,
         source: &ConvexPolygon,
         weight: f64,
+        known: Narrowed,
         workspace: &mut Workspace,
         mut found: impl FnMut(usize, Found),
     ) {
         // Most clusters lie behind a source or face away from it.
-        let facing = |&&i: &&u32| faces(&of.receivers[i as usize], source);
-        if !cluster.members.iter().any(|i| facing(&i)) {
+        if !at.faces(source) {
             return;
         }
         let mut shared = std::mem::take(&mut workspace.shared);
-        let shaft = Shaft::new(&cluster.corners, &BOX_EDGES, source, None);
-        let candidates = self.candidates(&shaft, &mut shared);
-        for (k, &i) in cluster.members.iter().enumerate().filter(|(_, i)| facing(i)) {
-            let i = i as usize;
-            found(k, self.visible(&of.receivers[i], source, candidates, weight, of.seeds[i], workspace));
+        let mut narrowed = std::mem::take(&mut workspace.narrowed);
+        let before = narrowed.len();
+        let candidates = match known {
+            Narrowed::Known { start, end } => {
+                let kept = self.narrow_further(at.cluster, source, start..end, &mut narrowed);
+                Candidates::Shared(&narrowed[kept.start as usize..kept.end as usize])
+            }
+            Narrowed::Unknown => {
+                let shaft = Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None);
+                self.candidates(&shaft, &mut shared)
+            }
+        };
+        for k in 0..at.cluster.members.len() {
+            let receiver = at.receiver(k);
+            if faces(receiver, source) {
+                found(k, self.visible(receiver, source, candidates, weight, at.seed(k), workspace));
+            }
         }
+        narrowed.truncate(before);
         workspace.shared = shared;
+        workspace.narrowed = narrowed;
     }
 }

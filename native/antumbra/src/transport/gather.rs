@@ -7,13 +7,15 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::mesh::Approach;
 use crate::monitor::Monitor;
-use crate::transport::form_factors::{CLUSTER_SIZE, Cluster, FormFactors, Seeded, Workspace, clusters};
-use crate::transport::source_tree::SourceTree;
+use crate::transport::form_factors::{
+    CLUSTER_SIZE, Cluster, Clustered, FormFactors, Found, Narrowed, Seeded, Workspace, clusters,
+};
+use crate::transport::source_tree::{SourceTree, Step};
 use crate::visibility::Receiver;
 
 /// Parts of a source are told apart where taking their mean could be wrong by this, in wanted errors. Signs differ from
 /// source to source, and the bound is several times what it is wrong by.
-const NEGLIGIBLE: f64 = 1.0;
+const NEGLIGIBLE: f64 = 4.0;
 
 /// What arrives at a point.
 #[derive(Debug, Clone, Copy, Default)]
@@ -86,13 +88,22 @@ impl Gather<'_> {
                 if (self.ends)() {
                     return sums;
                 }
+                let at = Clustered { cluster, of };
                 let (low, high) = cluster.bounds();
-                self.sources.visit(low, high, NEGLIGIBLE * self.wanted_error, |lit| {
+                workspace.next_cluster();
+                let negligible = NEGLIGIBLE * self.wanted_error;
+                self.sources.visit(low, high, negligible, Narrowed::Unknown, |source, step, known| {
+                    let lit = source.lit();
+                    if step == Step::ToParts {
+                        return self.form_factors.narrow(at, &lit.polygon, known, workspace);
+                    }
                     let weight = self.weight(lit.radiosity);
-                    self.form_factors.of_cluster(cluster, of, &lit.polygon, weight, workspace, |k, found| {
-                        sums[k].irradiance += found.value * lit.radiosity;
+                    let found = |k: usize, found: Found| {
+                        sums[k].irradiance += found.value * source.radiosity_from(at.receiver(k));
                         sums[k].variance += (found.noise * lit.radiosity).length_squared();
-                    });
+                    };
+                    self.form_factors.of_cluster(at, &lit.polygon, weight, known, workspace, found);
+                    None
                 });
                 sums
             })

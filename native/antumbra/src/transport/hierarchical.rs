@@ -10,17 +10,14 @@
 
 use glam::DVec3;
 
-use crate::display::{Display, baked_area};
+use crate::display::{Display, Light, baked_area};
 use crate::error::Error;
-use crate::index::FaceId;
 use crate::mesh::Side;
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
-use crate::transport::conjugate_gradients::solve;
 use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
-use crate::transport::exchange::Exchange;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::Gather;
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
@@ -30,6 +27,7 @@ use crate::transport::secondary::{OnFace, Reflector, reflectors};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::Emitters;
+use crate::transport::system::System;
 use crate::visibility::Receiver;
 
 /// Edge of the smallest element, in patches: enough for a lamp that touches a wall.
@@ -49,14 +47,10 @@ const MOST_LINKS: usize = 6_000_000;
 /// thirtieth. On the Cornell box the whole bake errs by 2.7, 2.3, 2.0 and 1.9 % at 0.1, 0.05, 0.03 and 0.01, with 8, 16, 28
 /// and 101 thousand links (all with parts of sources told apart four times later than now).
 const ESTIMATE: f64 = 0.4;
-const FINAL: f64 = 0.03;
+const FINAL: f64 = 0.015;
 
 /// Points at which emitters' light is computed on a leaf that is not displayed: a rule of two along each side.
 const RULE: usize = 2;
-
-/// What reaches an emitter's surroundings may differ from what it emits by this share, by the interpolation of light on
-/// the display mesh; more means that it was not all counted.
-const INTERPOLATION: f64 = 0.05;
 
 /// Absorbed share of a closed space's light below which it has no solution: rounding of 1 - rho.
 const ABSORBS_NOTHING: f64 = 1e-12;
@@ -78,9 +72,9 @@ pub(crate) struct Hierarchical<'a> {
     direct: Vec<Received>,
     /// Mean radiosity that the baked surfaces show, W/m².
     mean_shown: f64,
-    iterations: usize,
-    /// |absorbed - emitted| / emitted where all lit spaces are closed.
-    imbalance: Option<f64>,
+    system: System,
+    /// What emitters send where all lit spaces are closed, W.
+    emitted: Option<DVec3>,
 }
 
 impl<'a> Hierarchical<'a> {
@@ -110,8 +104,8 @@ impl<'a> Hierarchical<'a> {
             light: NodeLight::default(),
             direct: Vec::new(),
             mean_shown: 0.0,
-            iterations: 0,
-            imbalance: None,
+            system: System::default(),
+            emitted: None,
         };
         this.gather_direct(None, ends)?;
         this.propagate(&this.reflected_direct());
@@ -167,12 +161,7 @@ impl<'a> Hierarchical<'a> {
                 })
         };
         if let Some(display) = display {
-            let corners = |face: FaceId| self.world.corners(&self.world.faces[face.index()]);
-            display.for_each_direct(|face, places, values| {
-                let [a, b, c] = corners(face);
-                let positions = places.map(|w| w.x * a + w.y * b + w.z * c);
-                spread_over_leaves(hierarchy, face, positions, values, &mut direct);
-            });
+            self.spread(display, Light::Direct, &mut direct);
         }
         let mut points: Vec<(NodeId, f64)> = Vec::new();
         let mut receivers = Vec::new();
@@ -215,35 +204,41 @@ impl<'a> Hierarchical<'a> {
         let enclosure = Enclosure::new(&self.hierarchy, &spaces, lit, self.form_factors.blockers);
         let closed = &enclosure.closed;
         self.refuse_endless_light(&spaces, closed)?;
-        let mut exchange = Exchange::new(&self.hierarchy, &self.links.links);
-        exchange.restore(&enclosure);
-
-        let leaf = |index: usize| nodes[index].is_leaf();
-        let areas: Vec<f64> = (0..nodes.len()).map(|i| if leaf(i) { nodes[i].area } else { 0.0 }).collect();
-        let reflectance: Vec<DVec3> = (nodes.iter())
-            .map(|node| self.hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.reflectance))
-            .collect();
         let mut arriving = self.irradiance_of_direct();
         let emitted = self.emitted_inside(closed);
         if let Some(emitted) = emitted {
-            conserve(&mut arriving, &areas, emitted);
+            let area = |index: usize| if nodes[index].is_leaf() { nodes[index].area } else { 0.0 };
+            System::conserve_emitted(area, &mut arriving, emitted);
         }
-        let solution = solve(|b| exchange.apply(b), &areas, &reflectance, &arriving);
-        self.iterations = solution.iterations;
-        let indirect = exchange.apply(&solution.radiosity);
-        let irradiance: Vec<DVec3> =
-            arriving.iter().zip(&indirect).map(|(direct, rest)| *direct + *rest).collect();
-        self.imbalance = emitted.map(|emitted| {
-            let absorbed: DVec3 =
-                (0..nodes.len()).map(|i| areas[i] * (DVec3::ONE - reflectance[i]) * irradiance[i]).sum();
-            let lost = (absorbed - emitted).abs() / emitted;
-            DVec3::select(emitted.cmpgt(DVec3::ZERO), lost, DVec3::ZERO).max_element()
-        });
-        self.mean_shown = self.mean_of(&irradiance);
-        // Once more, so that what gets nothing has exactly nothing.
-        let radiosity: Vec<DVec3> = reflectance.iter().zip(&irradiance).map(|(rho, h)| *rho * *h).collect();
-        self.propagate(&radiosity);
+        self.system = System::solved(&self.hierarchy, &self.links.links, &enclosure, arriving);
+        self.emitted = emitted;
+        self.take_over_solution();
         Ok(())
+    }
+
+    /// Corrects what links get wrong by what the display mesh was found to receive of the light as it was.
+    pub(crate) fn correct(&mut self, display: &Display) {
+        let mut received = vec![Received::NOTHING; self.hierarchy.nodes.len()];
+        self.spread(display, Light::Indirect, &mut received);
+        let found = (self.hierarchy.nodes.iter().zip(&received))
+            .map(|(node, received)| received.least.is_finite().then(|| received.mean / node.area))
+            .collect();
+        self.system.correct(&self.hierarchy, &self.links.links, found);
+        self.take_over_solution();
+    }
+
+    fn take_over_solution(&mut self) {
+        self.mean_shown = self.mean_of(&self.system.irradiance());
+        self.propagate(&self.system.radiosity());
+    }
+
+    /// Adds the light of the display mesh to the leaves below it; means are sums of integrals, W.
+    fn spread(&self, display: &Display, light: Light, received: &mut [Received]) {
+        display.for_each_lit(light, |face, places, values| {
+            let [a, b, c] = self.world.corners(&self.world.faces[face.index()]);
+            let positions = places.map(|w| w.x * a + w.y * b + w.z * c);
+            spread_over_leaves(&self.hierarchy, face, positions, values, received);
+        });
     }
 
     /// What emitters send into closed spaces, W, when they send to nowhere else that is open.
@@ -392,21 +387,8 @@ impl<'a> Hierarchical<'a> {
             mode: "HIERARCHICAL".to_owned(),
             elements: self.hierarchy.leaves().count(),
             links: self.links.links.len(),
-            iterations: self.iterations,
-            imbalance: self.imbalance,
-        }
-    }
-}
-
-/// Interpolated light holds a little more or less than was emitted; where none can escape, it is set right.
-fn conserve(arriving: &mut [DVec3], areas: &[f64], emitted: DVec3) {
-    let landed: DVec3 = arriving.iter().zip(areas).map(|(h, area)| *h * *area).sum();
-    for k in 0..3 {
-        let factor = emitted[k] / landed[k];
-        if (factor - 1.0).abs() < INTERPOLATION {
-            for h in arriving.iter_mut() {
-                h[k] *= factor;
-            }
+            iterations: self.system.iterations,
+            imbalance: self.emitted.map(|emitted| self.system.imbalance(emitted)),
         }
     }
 }

@@ -16,3 +16,4 @@ pub(crate) mod secondary;
 pub(crate) mod shooting;
 pub(crate) mod source_tree;
 pub(crate) mod sources;
+mod system;

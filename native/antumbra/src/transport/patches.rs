@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::display::Display;
+use crate::display::{Display, Light};
 use crate::error::Error;
 use crate::index::ElementId;
 use crate::mesh::Mesh;
@@ -129,6 +129,8 @@ fn received(
             received[id.index()] = Some(Received::NOTHING);
         }
     }
-    display.for_each_direct(|face, places, values| spread(mesh, face, places, values, &mut received));
+    display.for_each_lit(Light::Direct, |face, places, values| {
+        spread(mesh, face, places, values, &mut received);
+    });
     received
 }

@@ -19,7 +19,7 @@ use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings};
 use crate::transport::balance::Balance;
 use crate::transport::form_factors::{
-    CLUSTER_SIZE, Cluster, FormFactorPair, FormFactors, Seeded, Workspace, clusters,
+    CLUSTER_SIZE, Cluster, Clustered, FormFactorPair, FormFactors, Narrowed, Seeded, Workspace, clusters,
 };
 use crate::transport::gather::{Gather, rms};
 use crate::transport::patches::{Fit, direct_means};
@@ -380,15 +380,16 @@ impl<'a> Shooting<'a> {
         let wanted = self.wanted_error();
         let radiosity = self.balance.unshot[source.index()];
         let weight = if wanted > 0.0 { rms(radiosity) / wanted } else { 0.0 };
+        let of = Seeded { receivers: &self.receivers, seeds: &self.seeds };
         let found: Vec<Vec<(u32, f32)>> = (self.clusters.par_iter())
             .map_init(Workspace::default, |workspace, cluster| {
                 let mut values = Vec::new();
                 if !self.monitor.is_cancelled() {
                     self.form_factors.of_cluster(
-                        cluster,
-                        Seeded { receivers: &self.receivers, seeds: &self.seeds },
+                        Clustered { cluster, of },
                         &polygon,
                         weight,
+                        Narrowed::Unknown,
                         workspace,
                         |k, found| values.push((cluster.members[k], found.value as f32)),
                     );

@@ -160,6 +160,9 @@ pub fn visible_form_factor(
         return Ok(VisibleFormFactor { value: 0.0, unoccluded: 0.0, state: Visibility::BelowHorizon });
     };
     let unoccluded = seen.form_factor(outline).clamp(0.0, 1.0);
+    if candidates.is_empty() {
+        return Ok(VisibleFormFactor { value: unoccluded, unoccluded, state: Visibility::Visible });
+    }
 
     // Suspect only what reaches into the pyramid between receiver and source
     planes.clear();

@@ -1,0 +1,136 @@
+//! The radiosity equation over the leaves of a hierarchy, and its correction by what a finer look finds.
+
+use glam::DVec3;
+
+use crate::transport::conjugate_gradients::solve;
+use crate::transport::enclosure::Enclosure;
+use crate::transport::exchange::Exchange;
+use crate::transport::hierarchy::Hierarchy;
+use crate::transport::links::Link;
+
+/// Light that was interpolated may hold this share more or less than was sent; more means that it was not all counted.
+const INTERPOLATION: f64 = 0.05;
+
+/// One equation with its solution; all lists are per node and have a meaning for leaves.
+#[derive(Debug, Default)]
+pub(crate) struct System {
+    /// m²; 0 for what is no leaf.
+    areas: Vec<f64>,
+    reflectance: Vec<DVec3>,
+    /// [`Exchange::factors`].
+    factors: Vec<f64>,
+    /// [`Enclosure::certain`].
+    certain: Vec<Option<u32>>,
+    /// What emitters bring, W/m².
+    arriving: Vec<DVec3>,
+    /// What links get wrong, as far as it is known, W/m².
+    missed: Vec<DVec3>,
+    /// What surfaces send each other, W/m².
+    indirect: Vec<DVec3>,
+    /// Of the last solution.
+    pub(crate) iterations: usize,
+}
+
+impl System {
+    /// Solves for the light of all leaves.
+    ///
+    /// `arriving`: what emitters bring, W/m².
+    pub(crate) fn solved(
+        hierarchy: &Hierarchy,
+        links: &[Link],
+        enclosure: &Enclosure,
+        arriving: Vec<DVec3>,
+    ) -> Self {
+        let mut exchange = Exchange::new(hierarchy, links);
+        exchange.restore(enclosure);
+        let nodes = &hierarchy.nodes;
+        let mut system = Self {
+            areas: nodes.iter().map(|node| if node.is_leaf() { node.area } else { 0.0 }).collect(),
+            reflectance: (nodes.iter())
+                .map(|node| hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.reflectance))
+                .collect(),
+            factors: exchange.into_factors(),
+            certain: enclosure.certain.clone(),
+            missed: vec![DVec3::ZERO; nodes.len()],
+            arriving,
+            ..Self::default()
+        };
+        system.solve(hierarchy, links);
+        system
+    }
+
+    fn solve(&mut self, hierarchy: &Hierarchy, links: &[Link]) {
+        let exchange = Exchange::with_factors(hierarchy, links, self.factors.clone());
+        let known: Vec<DVec3> = self.arriving.iter().zip(&self.missed).map(|(a, b)| *a + *b).collect();
+        let solution = solve(|b| exchange.apply(b), &self.areas, &self.reflectance, &known);
+        self.iterations = solution.iterations;
+        self.indirect = exchange.apply(&solution.radiosity);
+        self.indirect.iter_mut().zip(&self.missed).for_each(|(indirect, missed)| *indirect += *missed);
+    }
+
+    /// Solves again, with links corrected by what leaves are found to receive from others when the solution as it is
+    /// sends its light exactly (deferred correction; Stetter 1978). What links blur comes out right to second order.
+    ///
+    /// `found`: W/m², where it is known. It is scaled to what was sent where it is certain how much of that is caught.
+    pub(crate) fn correct(&mut self, hierarchy: &Hierarchy, links: &[Link], mut found: Vec<Option<DVec3>>) {
+        let exchange = Exchange::with_factors(hierarchy, links, self.factors.clone());
+        let by_links = exchange.apply(&self.radiosity());
+        self.conserve(&by_links, &mut found);
+        self.missed = (found.iter().zip(&by_links))
+            .map(|(found, by_links)| found.map_or(DVec3::ZERO, |found| found - *by_links))
+            .collect();
+        self.solve(hierarchy, links);
+    }
+
+    /// Interpolated light holds a little more or less than was sent, which is set right.
+    fn conserve(&self, sent: &[DVec3], found: &mut [Option<DVec3>]) {
+        let mut sums = vec![[DVec3::ZERO; 2]; sent.len()];
+        for (index, space) in self.certain.iter().enumerate() {
+            if let (Some(space), Some(found)) = (*space, found[index]) {
+                let [landed, wanted] = &mut sums[space as usize];
+                *landed += self.areas[index] * found;
+                *wanted += self.areas[index] * sent[index];
+            }
+        }
+        for (index, space) in self.certain.iter().enumerate() {
+            if let (Some(space), Some(found)) = (*space, &mut found[index]) {
+                let [landed, wanted] = sums[space as usize];
+                *found *= restoring(wanted, landed);
+            }
+        }
+    }
+
+    /// What all of a space's emitters bring is scaled to what they emit, W.
+    pub(crate) fn conserve_emitted(areas: impl Fn(usize) -> f64, arriving: &mut [DVec3], emitted: DVec3) {
+        let landed = arriving.iter().enumerate().map(|(index, h)| areas(index) * *h).sum();
+        let factor = restoring(emitted, landed);
+        for h in arriving {
+            *h *= factor;
+        }
+    }
+
+    /// All light that leaves receive, W/m².
+    pub(crate) fn irradiance(&self) -> Vec<DVec3> {
+        self.arriving.iter().zip(&self.indirect).map(|(direct, indirect)| *direct + *indirect).collect()
+    }
+
+    /// What leaves send, W/m²: exactly nothing where nothing arrives.
+    pub(crate) fn radiosity(&self) -> Vec<DVec3> {
+        self.reflectance.iter().zip(self.irradiance()).map(|(rho, h)| *rho * h).collect()
+    }
+
+    /// |absorbed - emitted| / emitted, the worst of the channels.
+    pub(crate) fn imbalance(&self, emitted: DVec3) -> f64 {
+        let absorbed: DVec3 = (self.irradiance().into_iter().enumerate())
+            .map(|(index, h)| self.areas[index] * (DVec3::ONE - self.reflectance[index]) * h)
+            .sum();
+        let lost = (absorbed - emitted).abs() / emitted;
+        DVec3::select(emitted.cmpgt(DVec3::ZERO), lost, DVec3::ZERO).max_element()
+    }
+}
+
+/// The factor from what landed to what was sent, per channel; 1 where that is no matter of interpolation.
+fn restoring(sent: DVec3, landed: DVec3) -> DVec3 {
+    let factor = sent / landed;
+    DVec3::select((factor - DVec3::ONE).abs().cmplt(DVec3::splat(INTERPOLATION)), factor, DVec3::ONE)
+}
