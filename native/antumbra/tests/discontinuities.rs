@@ -5,8 +5,6 @@
 
 mod common;
 
-use std::f64::consts::PI;
-
 use antumbra::settings::{Method, Settings};
 use antumbra::visibility::{ConvexPolygon, Receiver};
 use common::baked::{all_light, assert_sound, corners, light_over};
