@@ -38,6 +38,8 @@ pub(crate) struct Display<'a> {
     indirect: Layer,
     /// Per [`Light`]: irradiance of the samples with which the linear elements fit it best, W/m².
     fitted: [Vec<DVec3>; 2],
+    /// Samples that were there before any light was looked at.
+    coarse: usize,
     /// Samples whose indirect light is the mean of their parents'.
     interpolated: Vec<bool>,
 }
@@ -55,8 +57,10 @@ impl<'a> Display<'a> {
             direct: Layer::default(),
             indirect: Layer::default(),
             fitted: Default::default(),
+            coarse: 0,
             interpolated: Vec::new(),
         };
+        display.coarse = display.samples().len();
         let mut irradiance = known;
         let samples = display.samples();
         irradiance.truncate(samples.len());
@@ -108,7 +112,7 @@ impl<'a> Display<'a> {
         irradiance.resize(samples.len(), DVec3::ZERO);
         let mut generation = vec![0_u32; samples.len()];
         let mut interpolated = vec![false; samples.len()];
-        for (index, sample) in samples.iter().enumerate().skip(first) {
+        for (index, sample) in samples.iter().enumerate().skip(first.max(self.coarse)) {
             if let Some([a, b]) = sample.parents {
                 generation[index] = 1 + generation[a.index()].max(generation[b.index()]);
             }
@@ -121,7 +125,8 @@ impl<'a> Display<'a> {
         for (generation, members) in by_generation.into_iter().enumerate() {
             let mut uneven = Vec::new();
             for index in members {
-                match samples[index].parents.map(|parents| parents.map(|p| irradiance[p.index()])) {
+                let parents = samples[index].parents.filter(|_| index >= self.coarse);
+                match parents.map(|parents| parents.map(|p| irradiance[p.index()])) {
                     Some([a, b]) if (gather.ends)() || rms(a - b) < even => {
                         irradiance[index] = 0.5 * (a + b);
                         interpolated[index] = true;

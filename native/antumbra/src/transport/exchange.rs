@@ -58,9 +58,11 @@ impl<'a> Exchange<'a> {
             let mut settled = true;
             for (index, &sum) in sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
                 let Some(wanted) = enclosure.caught[index] else { continue };
-                settled &= (sum - wanted).abs() <= if enclosure.closed[index] { CLOSED } else { OPEN };
-                let factor = self.factors[index] * (wanted / sum).sqrt();
-                self.factors[index] = factor.clamp(FACTORS[0], FACTORS[1]);
+                let factor = (self.factors[index] * (wanted / sum).sqrt()).clamp(FACTORS[0], FACTORS[1]);
+                let enough = if enclosure.closed[index] { CLOSED } else { OPEN };
+                // A factor at the end of its range will not get any better.
+                settled &= (sum - wanted).abs() <= enough || factor == self.factors[index];
+                self.factors[index] = factor;
             }
             if settled {
                 break;
