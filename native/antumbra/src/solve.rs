@@ -32,8 +32,9 @@ use crate::transport::sources::{Emitters, blocking_polygons};
 use crate::visibility::blockers::Blockers;
 use crate::weld::{Bake, weld};
 
-/// Share of the wanted error that refinement for the emitters may leave; errors add up in quadrature, and the patches'
-/// own, that they send a mean, is not estimated.
+/// Share of the wanted error that refinement for the emitters may leave by its own estimate. Errors add up in quadrature,
+/// and what the elements err by that carry the exchange is not estimated: in the Cornell box and in two rooms all of it
+/// together is then what was wanted (0.75 and 0.5 left 1.2 and 1.5 times as much).
 const SHARE_OF_EMITTERS: f64 = 0.4;
 
 /// The same for refinement for what patches reflect.
@@ -42,6 +43,11 @@ const SHARE_OF_PATCHES: f64 = 0.4;
 /// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
 /// ones that one waits for.
 const SHOOTING: [f64; 2] = [0.1, 0.4];
+
+/// Triangles up to which links carry the light unless shooting is asked for. On the paper's scene, in the Cornell box and
+/// in two rooms they err less than shooting and take 1.0, 0.6 and 0.7 times as long; linking half a million sides of small
+/// triangles still takes minutes.
+const MOST_LINKED: usize = 20_000;
 
 /// Mean reflectance above which links carry the light unless shooting is asked for: shots grow as the inverse of what is
 /// absorbed, and the ambient estimate of what was not shot as well.
@@ -185,7 +191,10 @@ impl<'a> Solver<'a> {
 
         // Patches exchange what they reflect
         match &mut exchange {
-            Solution::Hierarchical(hierarchical) => hierarchical.solve(&display, &ends)?,
+            Solution::Hierarchical(hierarchical) => {
+                hierarchical.solve(&display, &ends)?;
+                self.record_at(&display, 0.0, 0);
+            }
             Solution::Shooting(shooting) => {
                 shooting.fit_to_direct_light(&display, &ends)?;
                 self.shoot(shooting, &display, &ends)?;
@@ -226,7 +235,7 @@ impl<'a> Solver<'a> {
         let hierarchical = match settings.transport {
             Transport::Shooting => false,
             Transport::Hierarchical => true,
-            Transport::Auto => mean_reflectance(world) > MOST_SHOT,
+            Transport::Auto => world.faces.len() <= MOST_LINKED || mean_reflectance(world) > MOST_SHOT,
         };
         Ok(if hierarchical {
             let hierarchical =

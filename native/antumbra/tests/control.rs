@@ -7,7 +7,7 @@ use std::thread;
 
 use antumbra::Error;
 use antumbra::monitor::{Monitor, Progress, Stage};
-use antumbra::settings::{Method, Settings};
+use antumbra::settings::{Method, Settings, Transport};
 use antumbra::solve::bake;
 use antumbra::weld::Bake;
 use common::baked::assert_sound;
@@ -36,8 +36,10 @@ fn endless() -> Settings {
 }
 
 fn quick() -> Settings {
-    Settings { tolerance: 0.2, max_level: 2, ..adaptive() }
+    Settings { tolerance: 0.2, max_level: 2, transport: Transport::Shooting, ..adaptive() }
 }
+
+const TRANSPORTS: [Transport; 2] = [Transport::Shooting, Transport::Hierarchical];
 
 /// Bakes on one thread while `watch` sees every snapshot that another thread catches.
 fn watched(settings: &Settings, mut watch: impl FnMut(&Monitor, Progress)) -> (Result<Bake, Error>, Monitor) {
@@ -110,7 +112,7 @@ fn stopped_before_its_first_shot_it_is_still_a_bake() {
 
 #[test]
 fn stopped_while_it_shoots_it_has_some_light() {
-    let settings = Settings { tolerance: 1e-3, max_level: 2, ..adaptive() };
+    let settings = Settings { tolerance: 1e-3, max_level: 2, transport: Transport::Shooting, ..adaptive() };
     let (result, _) = watched(&settings, |monitor, progress| {
         if progress.shots >= 5 {
             monitor.stop();
@@ -126,18 +128,20 @@ fn stopped_while_it_shoots_it_has_some_light() {
 #[test]
 fn a_time_limit_ends_it() {
     let scene = room();
-    for method in METHODS {
-        let bake = scene.bake(&Settings { method, time_limit: 1e-9, ..quick() });
+    for (method, transport) in METHODS.into_iter().flat_map(|method| TRANSPORTS.map(|way| (method, way))) {
+        let settings = Settings { method, transport, ..quick() };
+        let bake = scene.bake(&Settings { time_limit: 1e-9, ..settings.clone() });
         assert_eq!(bake.report.result.ended_by, "time_limit");
         assert_sound(&scene.input, &bake);
-        let bake = scene.bake(&Settings { method, time_limit: 1e6, ..quick() });
+        let bake = scene.bake(&Settings { time_limit: 1e6, ..settings });
         assert_eq!(bake.report.result.ended_by, "converged");
     }
 }
 
 #[test]
 fn progress_never_goes_back_and_ends_at_1() {
-    for settings in [quick(), uniform(0.5)] {
+    let linked = Settings { transport: Transport::Hierarchical, ..quick() };
+    for settings in [quick(), linked, uniform(0.5)] {
         let (mut last, mut seen) = (Progress::default(), 0);
         let (result, monitor) = watched(&settings, |_, progress| {
             assert!((0.0..=1.0).contains(&progress.fraction), "{progress:?}");
@@ -155,14 +159,17 @@ fn progress_never_goes_back_and_ends_at_1() {
 
 #[test]
 fn the_timeline_goes_forward() {
-    let report = room().bake(&quick()).report;
-    assert!(!report.timeline.is_empty());
-    for pair in report.timeline.windows(2) {
-        assert!(pair[0].time_s <= pair[1].time_s);
-        assert!(pair[0].shots <= pair[1].shots);
-        assert!(pair[0].elements <= pair[1].elements && pair[0].vertices <= pair[1].vertices);
-        assert!((0.0..=1.0).contains(&pair[1].unshot));
+    for transport in TRANSPORTS {
+        let report = room().bake(&Settings { transport, ..quick() }).report;
+        assert!(!report.timeline.is_empty());
+        for pair in report.timeline.windows(2) {
+            assert!(pair[0].time_s <= pair[1].time_s);
+            assert!(pair[0].shots <= pair[1].shots);
+            assert!(pair[0].elements <= pair[1].elements && pair[0].vertices <= pair[1].vertices);
+            assert!((0.0..=1.0).contains(&pair[1].unshot));
+        }
+        let last = report.timeline.last().expect("it is not empty");
+        assert!(report.timeline[0].unshot > 0.0 && last.unshot < report.timeline[0].unshot);
+        assert!(last.shots > 1 || transport == Transport::Hierarchical);
     }
-    let last = report.timeline.last().expect("it is not empty");
-    assert!(last.unshot <= report.timeline[0].unshot && last.shots > 1);
 }

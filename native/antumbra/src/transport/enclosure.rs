@@ -15,8 +15,10 @@ use crate::visibility::rays::{point_on, splitmix, unit};
 /// Rays by which a space counts as closed.
 pub(crate) const RAYS: u64 = 512;
 
-/// Rays of one leaf, at least. What the light of hundreds of leaves errs by through theirs averages out.
+/// Rays of one leaf, at least, unless all of them together would be more than so many: what the light of hundreds of
+/// leaves errs by through theirs averages out.
 const RAYS_OF_LEAF: u64 = 32;
+const MOST_RAYS: u64 = 1 << 22;
 
 /// Standard error, relative to what is caught, below which a space's rays tell more of its balance than light that is
 /// interpolated over its surfaces.
@@ -74,11 +76,12 @@ pub(crate) struct Enclosure {
 impl Enclosure {
     /// Asks [`RAYS`] rays of every lit space, and at least [`RAYS_OF_LEAF`] of every leaf there.
     ///
-    /// `lit`: per node; spaces without light are not asked.
+    /// `lit`: per node; spaces without light are not asked. `known`: shares that were found before, per node.
     pub(crate) fn new(
         hierarchy: &Hierarchy,
         spaces: &[u32],
         lit: impl Fn(usize) -> bool,
+        known: &[Option<f64>],
         blockers: &Blockers,
     ) -> Self {
         let nodes = hierarchy.nodes.len();
@@ -88,13 +91,21 @@ impl Enclosure {
             members[spaces[leaf] as usize] += 1;
             is_lit[spaces[leaf] as usize] |= lit(leaf);
         }
-        let rays = |space: usize| RAYS.div_ceil(members[space]).max(RAYS_OF_LEAF);
+        let lit_spaces = || (0..nodes).filter(|&space| is_lit[space]);
+        let asked: u64 = lit_spaces().map(|space| members[space]).sum();
+        let of_leaf = RAYS_OF_LEAF.min(MOST_RAYS / asked.max(1)).max(1);
+        // Small spaces by the thousands are leaves that only clusters are linked to.
+        let of_space = RAYS.min(MOST_RAYS / (lit_spaces().count() as u64).max(1));
+        let rays = |space: usize| of_space.div_ceil(members[space]).max(of_leaf);
         let caught: Vec<Option<f64>> = (0..nodes)
             .into_par_iter()
             .map(|index| {
                 let node = &hierarchy.nodes[index];
                 let space = spaces[index] as usize;
                 let polygon = node.polygon().filter(|_| node.is_leaf() && is_lit[space])?;
+                if let Some(Some(share)) = known.get(index) {
+                    return Some(*share);
+                }
                 let rays = rays(space);
                 Some(1.0 - escaping(polygon, rays, blockers, index as u64) as f64 / rays as f64)
             })

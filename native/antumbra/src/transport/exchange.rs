@@ -56,15 +56,22 @@ impl<'a> Exchange<'a> {
         for _ in 0..MOST_STEPS {
             let sums = self.row_sums();
             let mut settled = true;
+            // Of open spaces: the defect of all that is sent, and what that is.
+            let (mut defect, mut sent) = (0.0, 0.0);
             for (index, &sum) in sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
                 let Some(wanted) = enclosure.caught[index] else { continue };
                 let factor = (self.factors[index] * (wanted / sum).sqrt()).clamp(FACTORS[0], FACTORS[1]);
-                let enough = if enclosure.closed[index] { CLOSED } else { OPEN };
-                // A factor at the end of its range will not get any better.
-                settled &= (sum - wanted).abs() <= enough || factor == self.factors[index];
+                if enclosure.closed[index] {
+                    settled &= (sum - wanted).abs() <= CLOSED;
+                } else if factor != self.factors[index] {
+                    // A factor at the end of its range will not get any better.
+                    let area = self.hierarchy.nodes[index].area;
+                    defect += area * (sum - wanted).abs();
+                    sent += area * wanted;
+                }
                 self.factors[index] = factor;
             }
-            if settled {
+            if settled && defect <= OPEN * sent {
                 break;
             }
         }

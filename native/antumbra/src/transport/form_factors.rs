@@ -33,6 +33,9 @@ const FEW_RAYS: u32 = 2;
 /// 25 to 37 µs, as much as 30 to 60 rays; beyond, a point's cost grows faster than the rays'.
 const MOST_EXACT: usize = 96;
 
+/// Rays after which no more are asked when all agree: what they miss is a thirtieth of the source, one time in two.
+const PROBE_RAYS: u32 = 16;
+
 /// Most rays for one form factor; its stratified rms error is then about a hundredth of the source's light.
 const MOST_RAYS: f64 = 128.0;
 
@@ -161,11 +164,17 @@ impl<'a> FormFactors<'a> {
             }
         }
         self.counters.sampled.fetch_add(1, Ordering::Relaxed);
-        self.counters.rays.fetch_add(u64::from(count), Ordering::Relaxed);
-        let share = visible_share(receiver, source, self.blockers, count, seed);
+        // Most receivers see all of a source or nothing, which a few rays tell; the others ask for all.
+        let mut asked = count.min(PROBE_RAYS);
+        let mut share = visible_share(receiver, source, self.blockers, asked, seed);
+        if asked < count && share > 0.0 && share < 1.0 {
+            share = visible_share(receiver, source, self.blockers, count, seed);
+            asked = count;
+        }
+        self.counters.rays.fetch_add(u64::from(asked), Ordering::Relaxed);
         // Rays that all agree may still all be wrong: the next one would have disagreed one time in so many.
-        let doubt = (share * (1.0 - share)).max(0.25 / f64::from(count)).sqrt();
-        let noise = 2.0 * RAY_ERROR * doubt * f64::from(count).powf(-0.75);
+        let doubt = (share * (1.0 - share)).max(0.25 / f64::from(asked)).sqrt();
+        let noise = 2.0 * RAY_ERROR * doubt * f64::from(asked).powf(-0.75);
         Found { value: unoccluded * share, noise: unoccluded * noise }
     }
 }
@@ -355,6 +364,37 @@ impl FormFactors<'_> {
             }
         }
         start..narrowed.len() as u32
+    }
+
+    /// What places bring to each receiver of a cluster, by one ray each: per area of one of them, 1/m².
+    pub(crate) fn of_representatives(
+        &self,
+        at: Clustered,
+        places: &[(DVec3, DVec3)],
+        mut found: impl FnMut(usize, Found),
+    ) {
+        let mut rays = 0;
+        for k in 0..at.cluster.members.len() {
+            let Receiver { position, normal } = *at.receiver(k);
+            let (mut open, mut value) = (0.0, 0.0);
+            for &(place, facing) in places {
+                let to = place - position;
+                let distance2 = to.length_squared();
+                let kernel = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0)
+                    / (std::f64::consts::PI * distance2 * distance2);
+                if kernel > 0.0 {
+                    rays += 1;
+                    open += kernel;
+                    value += if self.blockers.sees(position, place) { kernel } else { 0.0 };
+                }
+            }
+            if open > 0.0 {
+                found(k, Found { value, noise: (value * (open - value) / places.len() as f64).sqrt() });
+            }
+        }
+        if rays > 0 {
+            self.count_rays(rays);
+        }
     }
 
     /// The form factors of all receivers of a cluster that face a source.

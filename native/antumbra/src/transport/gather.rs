@@ -10,11 +10,12 @@ use crate::monitor::Monitor;
 use crate::transport::form_factors::{
     CLUSTER_SIZE, Cluster, Clustered, FormFactors, Found, Narrowed, Seeded, Workspace, clusters,
 };
-use crate::transport::source_tree::{SourceTree, Step};
+use crate::transport::source_tree::{Seen, SourceTree, Step};
 use crate::visibility::Receiver;
 
 /// Parts of a source are told apart where taking their mean could be wrong by this, in wanted errors. Signs differ from
-/// source to source, and the bound is several times what it is wrong by.
+/// source to source, and the bound is many times what it is wrong by, since parts count as a receiver sees them. Cornell
+/// box at 1, 4 and 16: 1.25, 1.22 and 1.34 % error with 10, 6 and 3 million form factors.
 const NEGLIGIBLE: f64 = 4.0;
 
 /// What arrives at a point.
@@ -93,16 +94,28 @@ impl Gather<'_> {
                 workspace.next_cluster();
                 let negligible = NEGLIGIBLE * self.wanted_error;
                 self.sources.visit(low, high, negligible, Narrowed::Unknown, |source, step, known| {
-                    let lit = source.lit();
-                    if step == Step::ToParts {
-                        return self.form_factors.narrow(at, &lit.polygon, known, workspace);
-                    }
-                    let weight = self.weight(lit.radiosity);
+                    let polygon = match (source.seen(), step) {
+                        (Seen::Polygon(polygon), Step::Whole) => polygon,
+                        (Seen::Polygon(polygon), Step::ToParts) => {
+                            return self.form_factors.narrow(at, polygon, known, workspace);
+                        }
+                        (Seen::Cluster(_), Step::ToParts) => return Some(known),
+                        (Seen::Cluster(representatives), Step::Whole) => {
+                            let share = source.area() / representatives.len() as f64;
+                            self.form_factors.of_representatives(at, representatives, |k, found| {
+                                sums[k].irradiance += share * found.value * source.radiosity();
+                                sums[k].variance +=
+                                    (share * found.noise * source.radiosity()).length_squared();
+                            });
+                            return None;
+                        }
+                    };
                     let found = |k: usize, found: Found| {
                         sums[k].irradiance += found.value * source.radiosity_from(at.receiver(k));
-                        sums[k].variance += (found.noise * lit.radiosity).length_squared();
+                        sums[k].variance += (found.noise * source.radiosity()).length_squared();
                     };
-                    self.form_factors.of_cluster(at, &lit.polygon, weight, known, workspace, found);
+                    let weight = self.weight(source.radiosity());
+                    self.form_factors.of_cluster(at, polygon, weight, known, workspace, found);
                     None
                 });
                 sums

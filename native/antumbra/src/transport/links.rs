@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 
 use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
-use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
+use crate::transport::hierarchy::{Hierarchy, Node, NodeId, REPRESENTATIVES};
 use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
 
 /// Two nodes that exchange light.
@@ -94,13 +94,20 @@ const CHANGE: f64 = 4.0;
 /// A polygon that all points see nothing of may still be seen in between by this share, until something smaller is asked.
 const DOUBT: f64 = 0.1;
 
+/// Sides of surfaces from which on pairs of clusters are linked by what they may err by alone. With fewer, all pairs that
+/// are near or in part face away are told apart down to their surfaces, which grows with their square.
+const CROWDED: usize = 40_000;
+
+/// Pairs that are looked at before what they give way to is.
+const AT_ONCE: usize = 1 << 16;
+
 /// What became of a pair.
 enum Outcome {
     /// They exchange nothing.
     Nothing,
     Dark,
-    /// Too near to be estimated as they are.
-    Near,
+    /// They are too near, or differ too much, to be estimated as they are: this end gives way to its parts.
+    Divide(usize),
     Linked(Link),
 }
 
@@ -131,32 +138,31 @@ impl Links {
             }
         }
         self.links = kept;
+        // What faces away must get nothing where it can be afforded: it would take light out of the room.
+        let crowded = hierarchy.surfaces.len() > CROWDED;
+        // Some at a time, the last ones first, so that few wait.
         while !pairs.is_empty() {
-            let estimate = Estimate { hierarchy, form_factors, light, wanted_error };
-            let outcomes: Vec<Outcome> = (pairs.par_iter().with_min_len(16))
+            let now = pairs.split_off(pairs.len().saturating_sub(AT_ONCE));
+            let estimate = Estimate { hierarchy, form_factors, light, wanted_error, tolerance, crowded };
+            let outcomes: Vec<Outcome> = (now.par_iter().with_min_len(16))
                 .map_init(Workspace::default, |workspace, &pair| {
                     if ends() { Outcome::Nothing } else { estimate.of(pair, workspace) }
                 })
                 .collect();
             let full = self.links.len() + outcomes.len() > most;
-            let mut next = Vec::new();
-            for (pair, outcome) in pairs.into_iter().zip(outcomes) {
+            for (pair, outcome) in now.into_iter().zip(outcomes) {
                 match outcome {
                     Outcome::Nothing => {}
                     Outcome::Dark => self.dark.push(pair),
-                    Outcome::Near => {
-                        let end = larger_cluster(pair, hierarchy);
-                        push_parts(pair, end, hierarchy, light, &mut next);
-                    }
+                    Outcome::Divide(end) => push_parts(pair, end, hierarchy, light, &mut pairs),
                     Outcome::Linked(link) => {
                         match to_divide(&link, hierarchy, light, tolerance).filter(|_| !full) {
-                            Some(end) => push_parts(pair, end, hierarchy, light, &mut next),
+                            Some(end) => push_parts(pair, end, hierarchy, light, &mut pairs),
                             None => self.links.push(link),
                         }
                     }
                 }
             }
-            pairs = next;
         }
     }
 }
@@ -168,6 +174,13 @@ fn larger_cluster(pair: [NodeId; 2], hierarchy: &Hierarchy) -> usize {
         if node.polygon().is_some() { -1.0 } else { node.radius }
     };
     usize::from(radius(1) > radius(0))
+}
+
+/// The larger end of a pair, or the other one when it cannot be divided.
+fn larger(pair: [NodeId; 2], hierarchy: &Hierarchy) -> usize {
+    let [one, other] = pair.map(|end| hierarchy.node(end).radius);
+    let larger = usize::from(other > one);
+    if hierarchy.is_divisible(pair[larger]) { larger } else { 1 - larger }
 }
 
 /// The end of a link that errs most, if that is too much and it can be divided; otherwise the other one.
@@ -226,13 +239,18 @@ struct Estimate<'a> {
     light: &'a NodeLight,
     /// W/m².
     wanted_error: f64,
+    /// [`Wanted::per_link`].
+    tolerance: f64,
+    /// Whether clusters may be linked that touch, or face away in part.
+    crowded: bool,
 }
 
 impl Estimate<'_> {
     fn of(&self, pair: [NodeId; 2], workspace: &mut Workspace) -> Outcome {
         let nodes = pair.map(|end| self.hierarchy.node(end));
         if pair[0] == pair[1] {
-            return if nodes[0].polygon().is_some() { Outcome::Nothing } else { Outcome::Near };
+            let flat = nodes[0].polygon().is_some();
+            return if flat || self.hardly_matters(pair) { Outcome::Nothing } else { Outcome::Divide(0) };
         }
         if !may_exchange(nodes[0], nodes[1]) || !may_exchange(nodes[1], nodes[0]) {
             return Outcome::Nothing;
@@ -246,13 +264,32 @@ impl Estimate<'_> {
         } else {
             let reach = nodes[0].radius + nodes[1].radius;
             let apart = nodes[0].centre.distance(nodes[1].centre) >= APART * reach;
-            // What faces away must get nothing: it would take light out of the room.
-            if !(apart && faces_wholly(nodes[0], nodes[1]) && faces_wholly(nodes[1], nodes[0])) {
-                return Outcome::Near;
-            }
-            self.of_clusters(pair, nodes)
+            return if self.crowded {
+                if apart || self.hardly_matters(pair) {
+                    self.of_clusters(pair, nodes)
+                } else {
+                    Outcome::Divide(larger(pair, self.hierarchy))
+                }
+            } else if apart && faces_wholly(nodes[0], nodes[1]) && faces_wholly(nodes[1], nodes[0]) {
+                self.of_clusters(pair, nodes)
+            } else {
+                Outcome::Divide(larger_cluster(pair, self.hierarchy))
+            };
         };
         link.map_or(Outcome::Nothing, Outcome::Linked)
+    }
+
+    /// Whether it is no error worth looking at if all light of each went to the other, or none.
+    ///
+    /// With F the form factor to something of area a, which is at most 1 and whose integral is at most a, the integral of
+    /// F² is at most a, too: of the smaller one's area, for both.
+    fn hardly_matters(&self, pair: [NodeId; 2]) -> bool {
+        let area = pair.map(|end| self.hierarchy.node(end).area).into_iter().fold(f64::INFINITY, f64::min);
+        let error = |k: usize| {
+            let there = pair[1 - k].index();
+            OF_CLUSTERS * rms(self.light.radiosity[there] + self.light.spread[there]) * area.sqrt()
+        };
+        self.crowded && error(0).hypot(error(1)) <= self.tolerance
     }
 
     /// Exactly, from points of the smaller polygon to the larger one.
@@ -315,45 +352,72 @@ impl Estimate<'_> {
     }
 
     /// From representatives to representatives, each by one ray.
-    fn of_clusters(&self, pair: [NodeId; 2], nodes: [&Node; 2]) -> Option<Link> {
+    fn of_clusters(&self, pair: [NodeId; 2], nodes: [&Node; 2]) -> Outcome {
         let points = nodes.map(|node| self.hierarchy.representatives(node));
-        let mut sums = [[0.0; 4], [0.0; 4]];
-        let mut rays = 0;
-        let mut open = 0.0;
+        let counts = points.each_ref().map(SmallVec::len);
+        let nearest = 0.5 * (nodes[0].radius + nodes[1].radius);
+        let mut kernels = [[0.0; REPRESENTATIVES]; REPRESENTATIVES];
         for (i, &(x, n)) in points[0].iter().enumerate() {
             for (j, &(y, m)) in points[1].iter().enumerate() {
                 let to = y - x;
-                let distance2 = to.length_squared();
-                let kernel = n.dot(to).max(0.0) * (-m.dot(to)).max(0.0)
+                // What is near is not nearer than it is large.
+                let distance2 = to.length_squared().max(nearest * nearest);
+                kernels[i][j] = n.dot(to).max(0.0) * (-m.dot(to)).max(0.0)
                     / (std::f64::consts::PI * distance2 * distance2);
-                if kernel == 0.0 {
-                    continue;
+            }
+        }
+        // What faces away would have its share of what its cluster gets: an error, too. No form factor is larger than
+        // this, and a part that no representative stands for may have it.
+        let distance = nodes[0].centre.distance(nodes[1].centre).max(nearest);
+        let most = 1.0 / (std::f64::consts::PI * distance * distance);
+        let wholly = faces_wholly(nodes[0], nodes[1]) && faces_wholly(nodes[1], nodes[0]);
+        let unseen = if wholly { 0.0 } else { DOUBT * most };
+        let link = |kernels: &[[f64; REPRESENTATIVES]; REPRESENTATIVES], hidden: f64| {
+            let mut sums = [[0.0; REPRESENTATIVES]; 2];
+            for i in 0..counts[0] {
+                for j in 0..counts[1] {
+                    sums[0][i] += kernels[i][j] / counts[1] as f64;
+                    sums[1][j] += kernels[i][j] / counts[0] as f64;
                 }
-                open += kernel;
-                rays += 1;
-                if self.form_factors.blockers.sees(x, y) {
-                    sums[0][i] += kernel;
-                    sums[1][j] += kernel;
+            }
+            let varies = std::array::from_fn(|k| {
+                let of = &sums[k][..counts[k]];
+                let most = of.iter().copied().fold(0.0, f64::max);
+                let least = of.iter().copied().fold(f64::INFINITY, f64::min);
+                (most - least + DOUBT * hidden + unseen) * nodes[1 - k].area
+            });
+            let total: f64 = sums[0][..counts[0]].iter().sum();
+            let exchange = nodes[0].area * nodes[1].area * total / counts[0] as f64;
+            Link { ends: pair, exchange, varies, felt: OF_CLUSTERS }
+        };
+        let divides = |link: &Link| to_divide(link, self.hierarchy, self.light, self.tolerance);
+        // No ray helps where they err too much by their shape alone.
+        let whole = self.hardly_matters(pair);
+        if let Some(end) = divides(&link(&kernels, 0.0)).filter(|_| !whole) {
+            return Outcome::Divide(end);
+        }
+        let mut rays = 0;
+        let mut hidden = 0.0;
+        for (i, &(x, _)) in points[0].iter().enumerate() {
+            for (j, &(y, _)) in points[1].iter().enumerate() {
+                if kernels[i][j] > 0.0 {
+                    rays += 1;
+                    if !self.form_factors.blockers.sees(x, y) {
+                        hidden += kernels[i][j] / (counts[0] * counts[1]) as f64;
+                        kernels[i][j] = 0.0;
+                    }
                 }
             }
         }
-        self.form_factors.count_rays(rays);
-        if open == 0.0 {
-            return None;
+        if rays > 0 {
+            self.form_factors.count_rays(rays);
         }
-        let total: f64 = sums[0].iter().sum();
-        let counts = points.each_ref().map(smallvec::SmallVec::len);
-        let pairs = (counts[0] * counts[1]) as f64;
-        let exchange = nodes[0].area * nodes[1].area * total / pairs;
-        let hidden = (open - total) / pairs;
-        let varies = std::array::from_fn(|k| {
-            let of = &sums[k][..counts[k]];
-            let most = of.iter().copied().fold(0.0, f64::max);
-            let least = of.iter().copied().fold(f64::INFINITY, f64::min);
-            let other = nodes[1 - k].area;
-            (most - least) / counts[1 - k] as f64 * other + DOUBT * hidden * other
-        });
-        Some(Link { ends: pair, exchange, varies, felt: OF_CLUSTERS })
+        let link = link(&kernels, hidden);
+        match divides(&link).filter(|_| !whole) {
+            Some(end) => Outcome::Divide(end),
+            None if link.exchange == 0.0 => Outcome::Nothing,
+            None => Outcome::Linked(link),
+        }
     }
 }
 

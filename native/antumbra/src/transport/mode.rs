@@ -67,7 +67,7 @@ impl Solution<'_> {
     pub(crate) fn remaining(&self) -> f64 {
         match self {
             Self::Shooting(shooting) => shooting.remaining(),
-            Self::Hierarchical(_) => 0.0,
+            Self::Hierarchical(hierarchical) => hierarchical.remaining(),
         }
     }
 

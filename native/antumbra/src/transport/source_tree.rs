@@ -2,9 +2,10 @@
 //! the way from patches to display samples).
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::mesh::{Mesh, Side};
-use crate::transport::hierarchy::{Hierarchy, NodeId};
+use crate::transport::hierarchy::{Hierarchy, NodeId, REPRESENTATIVES};
 use crate::transport::links::NodeLight;
 use crate::visibility::{ConvexPolygon, Receiver};
 
@@ -16,10 +17,23 @@ pub(crate) struct LitPolygon {
     pub(crate) radiosity: DVec3,
 }
 
+/// What a source is.
+#[derive(Debug)]
+enum Shape {
+    Flat(ConvexPolygon),
+    /// Places with their normals, each of which stands for the same share of the area.
+    Cluster(Representatives),
+}
+
+/// Places with their normals.
+pub(crate) type Representatives = SmallVec<[(DVec3, DVec3); REPRESENTATIVES]>;
+
 /// A source that may stand for its parts.
 #[derive(Debug)]
-pub(crate) struct Node {
-    pub(crate) lit: LitPolygon,
+struct Node {
+    shape: Shape,
+    /// W/m².
+    radiosity: DVec3,
     centre: DVec3,
     /// m².
     area: f64,
@@ -69,7 +83,7 @@ impl SourceTree {
             (sides[side as usize], 0.0, Vec::new())
         } else {
             let children = element.children()?.map(|child| self.add(mesh, child.index(), side, known));
-            let of = |part: Option<u32>| part.map_or(DVec3::ZERO, |p| self.nodes[p as usize].lit.radiosity);
+            let of = |part: Option<u32>| part.map_or(DVec3::ZERO, |p| self.nodes[p as usize].radiosity);
             let mean = children.into_iter().map(of).sum::<DVec3>() / 4.0;
             let spread = children.into_iter().map(|part| {
                 let below = part.map_or(0.0, |p| self.nodes[p as usize].spread);
@@ -88,18 +102,18 @@ impl SourceTree {
         Some(self.push(LitPolygon { polygon, radiosity }, spread, parts))
     }
 
-    /// The surfaces of a hierarchy and all that they are divided into.
+    /// The clusters and surfaces of a hierarchy and all that they are divided into.
     pub(crate) fn of_hierarchy(hierarchy: &Hierarchy, light: &NodeLight) -> Self {
         let mut tree = Self::default();
         let mut deviations = vec![0.0; hierarchy.nodes.len()];
-        for surface in &hierarchy.surfaces {
-            let root = tree.add_node(hierarchy, surface.node, light, &mut deviations);
+        if !hierarchy.nodes.is_empty() {
+            let root = tree.add_node(hierarchy, NodeId::new(0), light, &mut deviations);
             tree.roots.extend(root);
         }
         tree
     }
 
-    /// Adds a flat node that sends light; none when it does not.
+    /// Adds a node that sends light; none when it does not.
     ///
     /// `deviations`: per node that was added, W/m².
     fn add_node(
@@ -111,7 +125,9 @@ impl SourceTree {
     ) -> Option<u32> {
         let node = hierarchy.node(id);
         let radiosity = light.radiosity[id.index()];
-        let polygon = node.polygon().filter(|_| radiosity != DVec3::ZERO)?.clone();
+        if radiosity == DVec3::ZERO {
+            return None;
+        }
         let parts: Vec<u32> =
             node.parts.iter().filter_map(|&part| self.add_node(hierarchy, part, light, deviations)).collect();
         // The root of the mean square, not the largest: of light that changes evenly, most is near the mean.
@@ -123,14 +139,27 @@ impl SourceTree {
         };
         let spread = (node.parts.iter().map(squared).sum::<f64>() / node.area).sqrt();
         deviations[id.index()] = spread;
-        Some(self.push(LitPolygon { polygon, radiosity }, spread, parts))
+        if let Some(polygon) = node.polygon() {
+            return Some(self.push(LitPolygon { polygon: polygon.clone(), radiosity }, spread, parts));
+        }
+        self.nodes.push(Node {
+            shape: Shape::Cluster(hierarchy.representatives(node)),
+            radiosity,
+            centre: node.centre,
+            area: node.area,
+            spread,
+            radius: node.radius,
+            parts,
+        });
+        Some(self.nodes.len() as u32 - 1)
     }
 
     fn push(&mut self, lit: LitPolygon, spread: f64, parts: Vec<u32>) -> u32 {
-        let centre = lit.polygon.centroid();
-        let radius = lit.polygon.vertices().iter().map(|v| v.distance(centre)).fold(0.0, f64::max);
-        let area = lit.polygon.area();
-        self.nodes.push(Node { lit, centre, area, spread, radius, parts });
+        let LitPolygon { polygon, radiosity } = lit;
+        let centre = polygon.centroid();
+        let radius = polygon.vertices().iter().map(|v| v.distance(centre)).fold(0.0, f64::max);
+        let area = polygon.area();
+        self.nodes.push(Node { shape: Shape::Flat(polygon), radiosity, centre, area, spread, radius, parts });
         self.nodes.len() as u32 - 1
     }
 
@@ -138,9 +167,12 @@ impl SourceTree {
         self.roots.is_empty()
     }
 
-    /// The sources that are not parts of others.
-    pub(crate) fn roots(&self) -> impl Iterator<Item = &LitPolygon> {
-        self.roots.iter().map(|&root| &self.nodes[root as usize].lit)
+    /// Polygons that are not parts of others, with what they send, W/m².
+    pub(crate) fn roots(&self) -> impl Iterator<Item = (&ConvexPolygon, DVec3)> {
+        self.roots.iter().filter_map(|&root| match &self.nodes[root as usize] {
+            Node { shape: Shape::Flat(polygon), radiosity, .. } => Some((polygon, *radiosity)),
+            Node { shape: Shape::Cluster(_), .. } => None,
+        })
     }
 
     /// Visits the coarsest sources whose parts are not worth telling apart from anywhere in a box, and on the way to them
@@ -166,7 +198,13 @@ impl SourceTree {
             let most = (node.area / (std::f64::consts::PI * distance * distance)).min(1.0);
             // The mean is right; what is lost is how the form factor changes from part to part.
             let change = (2.0 * node.radius / distance).min(1.0);
-            if node.spread * most * change <= negligible {
+            let whole = match node.shape {
+                Shape::Flat(_) => node.spread * most * change,
+                // Their parts face other ways, and few rays tell how much of them is seen: all of it may be wrong, for
+                // many receivers alike.
+                Shape::Cluster(_) => ALIKE * node.radiosity.abs().max_element() * most * change.max(UNSEEN),
+            };
+            if whole <= negligible {
                 visit(Source { tree: self, node }, Step::Whole, handed);
             } else if let Some(handed) = visit(Source { tree: self, node }, Step::ToParts, handed) {
                 open.extend(node.parts.iter().map(|&part| (part, handed)));
@@ -174,6 +212,12 @@ impl SourceTree {
         }
     }
 }
+
+/// Share of a cluster's light by which rays to its representatives may be wrong.
+const UNSEEN: f64 = 0.3;
+
+/// Times that an error counts more which is not zero on the mean. At 1 the paper's scene erred by 2.1 % instead of 0.4 %.
+const ALIKE: f64 = 16.0;
 
 /// Where a visit stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -191,9 +235,28 @@ pub(crate) struct Source<'a> {
     node: &'a Node,
 }
 
-impl Source<'_> {
-    pub(crate) fn lit(&self) -> &LitPolygon {
-        &self.node.lit
+/// What a source looks like.
+pub(crate) enum Seen<'a> {
+    Polygon(&'a ConvexPolygon),
+    Cluster(&'a Representatives),
+}
+
+impl<'a> Source<'a> {
+    pub(crate) fn seen(&self) -> Seen<'a> {
+        match &self.node.shape {
+            Shape::Flat(polygon) => Seen::Polygon(polygon),
+            Shape::Cluster(representatives) => Seen::Cluster(representatives),
+        }
+    }
+
+    /// Of all of it, W/m².
+    pub(crate) fn radiosity(&self) -> DVec3 {
+        self.node.radiosity
+    }
+
+    /// m².
+    pub(crate) fn area(&self) -> f64 {
+        self.node.area
     }
 
     /// Its radiosity as a receiver sees it: parts count by what they would send there unblocked, each as if from its
@@ -208,7 +271,7 @@ impl Source<'_> {
             let to = part.centre - receiver.position;
             let distance2 = to.length_squared();
             let weight = part.area * receiver.normal.dot(to).max(0.0) / (distance2 * distance2);
-            sum += weight * part.lit.radiosity;
+            sum += weight * part.radiosity;
             weights += weight;
         };
         for &part in &self.node.parts {
@@ -219,7 +282,7 @@ impl Source<'_> {
                 part.parts.iter().for_each(|&part| add(&self.tree.nodes[part as usize]));
             }
         }
-        if weights > 0.0 { sum / weights } else { self.node.lit.radiosity }
+        if weights > 0.0 { sum / weights } else { self.node.radiosity }
     }
 }
 
@@ -261,12 +324,14 @@ mod tests {
             (DVec3::new(3.5, 1.0, 0.5), -DVec3::X),
         ] {
             let receiver = Receiver { position, normal };
-            let brings = |lit: &LitPolygon| unoccluded_form_factor(&receiver, &lit.polygon) * lit.radiosity.x;
-            let leaves = tree.nodes.iter().filter(|node| node.parts.is_empty());
-            let exact: f64 = leaves.map(|node| brings(&node.lit)).sum();
-            let mean = brings(root.lit());
-            let seen =
-                unoccluded_form_factor(&receiver, &root.lit().polygon) * root.radiosity_from(&receiver).x;
+            let form_factor = |node: &Node| match &node.shape {
+                Shape::Flat(polygon) => unoccluded_form_factor(&receiver, polygon),
+                Shape::Cluster(_) => panic!("all are squares"),
+            };
+            let brings = |node: &Node| form_factor(node) * node.radiosity.x;
+            let exact: f64 = tree.nodes.iter().filter(|node| node.parts.is_empty()).map(brings).sum();
+            let mean = brings(root.node);
+            let seen = form_factor(root.node) * root.radiosity_from(&receiver).x;
             println!("mean off by {:.2e}, as seen by {:.2e}", mean / exact - 1.0, seen / exact - 1.0);
             assert!((seen - exact).abs() < 0.1 * (mean - exact).abs());
         }

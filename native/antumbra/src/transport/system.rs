@@ -111,7 +111,13 @@ impl System {
 
     /// All light that leaves receive, W/m².
     pub(crate) fn irradiance(&self) -> Vec<DVec3> {
-        self.arriving.iter().zip(&self.indirect).map(|(direct, indirect)| *direct + *indirect).collect()
+        // What links were corrected by may be a little more than they bring. Only lights that take light away leave less
+        // than none.
+        let lights = self.arriving.iter().all(|direct| direct.cmpge(DVec3::ZERO).all());
+        let least = if lights { DVec3::ZERO } else { DVec3::NEG_INFINITY };
+        (self.arriving.iter().zip(&self.indirect))
+            .map(|(direct, indirect)| (*direct + *indirect).max(least))
+            .collect()
     }
 
     /// What leaves send, W/m²: exactly nothing where nothing arrives.

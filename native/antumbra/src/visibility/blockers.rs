@@ -149,14 +149,13 @@ impl Blockers {
     pub(crate) fn blocks_segment(&self, from: DVec3, to: DVec3) -> bool {
         let Some(tree) = &self.tree else { return false };
         let span = to - from;
-        let direction = span.as_vec3a();
-        if direction == Vec3A::ZERO {
-            return false;
-        }
+        // Of length one: obvhs takes components below f32's epsilon for zero, which all are in a scene of a micrometre.
+        let length = span.length();
+        let Some(direction) = (span / length).as_vec3a().try_normalize() else { return false };
         // The boxes are grown by their own rounding; the ray's origin is rounded the same way, so start a little
         // behind it and end a little beyond.
-        let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0 / span.length()) as f32;
-        let ray = Ray::new(from.as_vec3a(), direction, -slack, 1.0 + slack);
+        let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0) as f32;
+        let ray = Ray::new(from.as_vec3a(), direction, -slack, length as f32 + slack);
         !tree.ray_traverse_miss(ray, |_, primitive| {
             let polygon = tree.primitive_indices[primitive] as usize;
             match self.polygons.get(polygon) {
