@@ -45,9 +45,9 @@ const SHARE_OF_PATCHES: f64 = 0.4;
 const SHOOTING: [f64; 2] = [0.1, 0.4];
 
 /// Triangles up to which links carry the light unless shooting is asked for. On the paper's scene, in the Cornell box and
-/// in two rooms they err less than shooting and take 1.0, 0.6 and 0.7 times as long; linking half a million sides of small
-/// triangles still takes minutes.
-const MOST_LINKED: usize = 20_000;
+/// in two rooms they err less than shooting and take 1.0, 0.6 and 0.7 times as long; pairs that are told apart grow with the
+/// square of the triangles, and an interior of ten thousand was not linked in two minutes.
+const MOST_LINKED: usize = 2_000;
 
 /// Mean reflectance above which links carry the light unless shooting is asked for: shots grow as the inverse of what is
 /// absorbed, and the ambient estimate of what was not shot as well.
