@@ -67,7 +67,7 @@ impl<'a> Display<'a> {
         let unknown: Vec<usize> = (irradiance.len()..samples.len()).collect();
         irradiance.extend(gathered(gather, samples, &unknown)?);
         display.direct = Layer::new(irradiance);
-        display.fit();
+        display.fit(Light::Direct);
         Ok(display)
     }
 
@@ -80,16 +80,20 @@ impl<'a> Display<'a> {
             DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.direct),
             DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.direct),
         }?;
-        self.fit();
+        self.fit(Light::Direct);
         Ok(held_back)
     }
 
     /// Fits the linear elements to what is known of the light.
-    fn fit(&mut self) {
-        self.fitted = [&self.direct, &self.indirect].map(|layer| match &self.mesh {
+    fn fit(&mut self, light: Light) {
+        let layer = match light {
+            Light::Direct => &self.direct,
+            Light::Indirect => &self.indirect,
+        };
+        self.fitted[light as usize] = match &self.mesh {
             DisplayMesh::Quartered(mesh) => fitted(mesh, layer),
             DisplayMesh::Tessellated(mesh) => fitted(mesh, layer),
-        });
+        };
     }
 
     /// Gathers the light of patches. A sample that was made for the emitters' sake gets the mean of its parents where
@@ -141,7 +145,7 @@ impl<'a> Display<'a> {
         }
         self.indirect = Layer::new(irradiance);
         self.interpolated = interpolated;
-        self.fit();
+        self.fit(Light::Indirect);
         Ok(())
     }
 
@@ -173,7 +177,7 @@ impl<'a> Display<'a> {
             values.push(known.or_else(mean).unwrap_or(DVec3::ZERO));
         }
         self.indirect.irradiance = values;
-        self.fit();
+        self.fit(Light::Indirect);
         Ok(())
     }
 
@@ -188,7 +192,8 @@ impl<'a> Display<'a> {
         }?;
         let Self { mesh, direct, .. } = self;
         direct.extend(samples_of(mesh));
-        self.fit();
+        self.fit(Light::Direct);
+        self.fit(Light::Indirect);
         Ok(held_back)
     }
 

@@ -5,7 +5,7 @@ mod common;
 
 use antumbra::settings::Settings;
 use common::baked::{all_light, assert_sound};
-use common::scene::{Scene, adaptive, arriving, uniform};
+use common::scene::{Scene, adaptive, arriving, by_shooting, uniform};
 use common::shape::Shape;
 use glam::{DMat4, DQuat, DVec3};
 
@@ -85,6 +85,7 @@ fn place_and_orientation_change_nothing() {
     for (offset, tolerance) in offsets {
         let scene = furnace(cube(), 0.5, 1.0).placed(DMat4::from_translation(offset) * turned);
         assert_even_within(tolerance, &scene, &adaptive(), 2.0);
+        assert_even(&scene, &by_shooting(), 2.0);
     }
 }
 
@@ -119,4 +120,5 @@ fn a_furnace_inside_a_dark_room_stays_as_it_is() {
     scene.blocker("outer room", Shape::room(DVec3::splat(5.0)).map(|p| p - DVec3::splat(2.0)), dark);
     // Light of a furnace that emits to the outside as well is not scaled to what it emits.
     assert_even_within(2e-5, &scene, &adaptive(), 2.0);
+    assert_even(&scene, &by_shooting(), 2.0);
 }

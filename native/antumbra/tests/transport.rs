@@ -6,16 +6,12 @@ mod common;
 use antumbra::Error;
 use antumbra::settings::{Settings, Transport};
 use common::baked::{all_light, assert_sound};
-use common::scene::{Scene, adaptive, arriving, lamp};
+use common::scene::{Scene, adaptive, arriving, by_shooting, lamp};
 use common::shape::Shape;
 use glam::{DMat4, DQuat, DVec3};
 
 fn by_links() -> Settings {
     Settings { transport: Transport::Hierarchical, ..adaptive() }
-}
-
-fn by_shooting() -> Settings {
-    Settings { transport: Transport::Shooting, ..adaptive() }
 }
 
 /// A cube of 1 m whose walls reflect and emit alike.

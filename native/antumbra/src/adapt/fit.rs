@@ -28,9 +28,6 @@ struct Part {
 pub(crate) fn fitted(mesh: &impl Refinable, layer: &Layer) -> Vec<DVec3> {
     let samples = mesh.samples();
     let n = layer.irradiance.len();
-    if n == 0 {
-        return Vec::new();
-    }
     let mut right = vec![DVec3::ZERO; n];
     let mut diagonal = vec![0.0; n];
     let mut parts = Vec::new();

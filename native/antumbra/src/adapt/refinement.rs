@@ -260,8 +260,7 @@ impl Refinement<'_> {
     /// A leaf with its error, if it has one.
     fn uneven(&self, mesh: &impl Refinable, layer: &Layer, element: ElementId) -> Option<Uneven> {
         let leaf = mesh.leaf(element)?;
-        let bulge = layer.bulges.get(&element).copied().unwrap_or(DVec3::ZERO);
-        let squared_error = self.squared_error(&leaf, layer, bulge);
+        let squared_error = self.squared_error(&leaf, layer, layer.bulge_of(element));
         (squared_error > 0.0).then_some(Uneven { element, squared_error })
     }
 

@@ -33,7 +33,7 @@ const FEW_RAYS: u32 = 2;
 /// 25 to 37 µs, as much as 30 to 60 rays; beyond, a point's cost grows faster than the rays'.
 const MOST_EXACT: usize = 96;
 
-/// Rays after which no more are asked when all agree: what they miss is a thirtieth of the source, one time in two.
+/// Rays after which no more are asked when all agree: they miss a share of 4 % every other time, one of 25 % in a hundred.
 const PROBE_RAYS: u32 = 16;
 
 /// Most rays for one form factor; its stratified rms error is then about a hundredth of the source's light.

@@ -21,8 +21,9 @@ use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::Gather;
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
-use crate::transport::links::{Links, NodeLight, Wanted, quadrature};
+use crate::transport::links::{Links, NodeLight, Wanted};
 use crate::transport::overlay::{Received, spread_over_leaves};
+use crate::transport::quadrature::quadrature;
 use crate::transport::secondary::{OnFace, Reflector, reflectors};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::source_tree::SourceTree;
@@ -77,8 +78,6 @@ pub(crate) struct Hierarchical<'a> {
     solved: bool,
     /// [`Enclosure::caught`].
     caught: Vec<Option<f64>>,
-    /// What emitters send where all lit spaces are closed, W.
-    emitted: Option<DVec3>,
 }
 
 impl<'a> Hierarchical<'a> {
@@ -111,7 +110,6 @@ impl<'a> Hierarchical<'a> {
             system: System::default(),
             solved: false,
             caught: Vec::new(),
-            emitted: None,
         };
         // As if all surfaces got the same of what is sent
         let sent: DVec3 = emitters.polygons.iter().map(|lamp| lamp.polygon.area() * lamp.radiosity).sum();
@@ -227,7 +225,6 @@ impl<'a> Hierarchical<'a> {
 
     /// Solves for the radiosity of all leaves over the links as they are.
     fn solve_system(&mut self) -> Result<(), Error> {
-        let nodes = &self.hierarchy.nodes;
         let spaces = spaces(&self.hierarchy, &self.links.links);
         let lit = |index: usize| {
             self.direct[index].mean != DVec3::ZERO || self.light.radiosity[index] != DVec3::ZERO
@@ -236,15 +233,10 @@ impl<'a> Hierarchical<'a> {
             Enclosure::new(&self.hierarchy, &spaces, lit, &self.caught, self.form_factors.blockers);
         let closed = &enclosure.closed;
         self.refuse_endless_light(&spaces, closed)?;
-        let mut arriving = self.irradiance_of_direct();
         let emitted = self.emitted_inside(&spaces, closed);
-        if let Some(emitted) = emitted {
-            let area = |index: usize| if nodes[index].is_leaf() { nodes[index].area } else { 0.0 };
-            System::conserve_emitted(area, &mut arriving, emitted);
-        }
-        self.caught.clone_from(&enclosure.caught);
-        self.system = System::solved(&self.hierarchy, &self.links.links, &enclosure, arriving);
-        self.emitted = emitted;
+        let arriving = self.irradiance_of_direct();
+        self.system = System::solved(&self.hierarchy, &self.links.links, &enclosure, arriving, emitted);
+        self.caught = enclosure.caught;
         self.take_over_solution();
         Ok(())
     }
@@ -423,7 +415,7 @@ impl<'a> Hierarchical<'a> {
             elements: self.hierarchy.leaves().count(),
             links: self.links.links.len(),
             iterations: self.system.iterations,
-            imbalance: self.emitted.map(|emitted| self.system.imbalance(emitted)),
+            imbalance: self.system.imbalance(),
         }
     }
 }

@@ -12,6 +12,7 @@ mod links;
 pub(crate) mod mode;
 mod overlay;
 mod patches;
+mod quadrature;
 pub(crate) mod secondary;
 pub(crate) mod shooting;
 pub(crate) mod source_tree;

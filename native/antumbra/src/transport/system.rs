@@ -21,6 +21,8 @@ pub(crate) struct System {
     factors: Vec<f64>,
     /// [`Enclosure::certain`].
     certain: Vec<Option<u32>>,
+    /// What emitters send where all of it stays in one closed space, W.
+    emitted: Option<DVec3>,
     /// What emitters bring, W/m².
     arriving: Vec<DVec3>,
     /// What links get wrong, as far as it is known, W/m².
@@ -34,12 +36,13 @@ pub(crate) struct System {
 impl System {
     /// Solves for the light of all leaves.
     ///
-    /// `arriving`: what emitters bring, W/m².
+    /// `arriving`: what emitters bring, W/m². `emitted`: what that is scaled to, W, where all of it stays in one space.
     pub(crate) fn solved(
         hierarchy: &Hierarchy,
         links: &[Link],
         enclosure: &Enclosure,
         arriving: Vec<DVec3>,
+        emitted: Option<DVec3>,
     ) -> Self {
         let mut exchange = Exchange::new(hierarchy, links);
         exchange.restore(enclosure);
@@ -52,9 +55,11 @@ impl System {
             factors: exchange.into_factors(),
             certain: enclosure.certain.clone(),
             missed: vec![DVec3::ZERO; nodes.len()],
+            emitted,
             arriving,
             ..Self::default()
         };
+        system.conserve_emitted();
         system.solve(hierarchy, links);
         system
     }
@@ -100,11 +105,12 @@ impl System {
         }
     }
 
-    /// What all of a space's emitters bring is scaled to what they emit, W.
-    pub(crate) fn conserve_emitted(areas: impl Fn(usize) -> f64, arriving: &mut [DVec3], emitted: DVec3) {
-        let landed = arriving.iter().enumerate().map(|(index, h)| areas(index) * *h).sum();
+    /// So does what emitters bring.
+    fn conserve_emitted(&mut self) {
+        let Some(emitted) = self.emitted else { return };
+        let landed = self.areas.iter().zip(&self.arriving).map(|(area, h)| *area * *h).sum();
         let factor = restoring(emitted, landed);
-        for h in arriving {
+        for h in &mut self.arriving {
             *h *= factor;
         }
     }
@@ -125,13 +131,14 @@ impl System {
         self.reflectance.iter().zip(self.irradiance()).map(|(rho, h)| *rho * h).collect()
     }
 
-    /// |absorbed - emitted| / emitted, the worst of the channels.
-    pub(crate) fn imbalance(&self, emitted: DVec3) -> f64 {
+    /// |absorbed - emitted| / emitted, the worst of the channels, where no light leaves the space that it is sent into.
+    pub(crate) fn imbalance(&self) -> Option<f64> {
+        let emitted = self.emitted?;
         let absorbed: DVec3 = (self.irradiance().into_iter().enumerate())
             .map(|(index, h)| self.areas[index] * (DVec3::ONE - self.reflectance[index]) * h)
             .sum();
         let lost = (absorbed - emitted).abs() / emitted;
-        DVec3::select(emitted.cmpgt(DVec3::ZERO), lost, DVec3::ZERO).max_element()
+        Some(DVec3::select(emitted.cmpgt(DVec3::ZERO), lost, DVec3::ZERO).max_element())
     }
 }
 

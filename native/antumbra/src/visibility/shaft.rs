@@ -118,12 +118,9 @@ impl Shaft {
         }
         let normal = source.normal();
         let at = normal.dot(vertices[0]);
-        let plane = HalfSpace { normal, offset: at };
-        if !plane.excludes_box(receivers[0], receivers[1]) {
-            let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), receivers[0], receivers[1]);
-            if normal.dot(nearest) >= at {
-                shaft.caps.push(HalfSpace { normal, offset: at + slack });
-            }
+        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), receivers[0], receivers[1]);
+        if normal.dot(nearest) >= at {
+            shaft.caps.push(HalfSpace { normal, offset: at + slack });
         }
         shaft
     }

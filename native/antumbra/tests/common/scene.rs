@@ -3,7 +3,7 @@
 use antumbra::Error;
 use antumbra::monitor::Monitor;
 use antumbra::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
-use antumbra::settings::{Method, Quantity, Settings};
+use antumbra::settings::{Method, Quantity, Settings, Transport};
 use antumbra::solve::bake;
 use antumbra::weld::Bake;
 use glam::{DMat4, DVec3};
@@ -86,6 +86,11 @@ pub(crate) fn lamp(center: DVec3, half: f64) -> [DVec3; 4] {
 /// The default settings.
 pub(crate) fn adaptive() -> Settings {
     Settings::default()
+}
+
+/// The same with the paper's way to exchange light.
+pub(crate) fn by_shooting() -> Settings {
+    Settings { transport: Transport::Shooting, ..adaptive() }
 }
 
 /// The default settings of a method; uniform meshes choose their own size.
