@@ -119,7 +119,7 @@ def start(
 
     The scene's data moves into the bake: starting a second one from it raises RuntimeError. A setting out of its
     range raises InvalidSettingError and leaves the scene as it was. method is ADM, DM, AS or UNIFORM, quantity
-    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING or HIERARCHICAL.
+    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING, HIERARCHICAL or RAYS.
     """
 
 @final

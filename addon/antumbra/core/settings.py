@@ -118,6 +118,7 @@ SPECS: Mapping[str, Spec] = {
                 "Link surfaces as coarsely as the tolerance allows and solve for all bounces at once: also for nearly "
                 "white rooms",
             ),
+            Choice("RAYS", "Rays", "Let every surface look around along rays: for scenes of very many faces"),
             Choice("SHOOTING", "Shooting", "Let one patch after the other shoot its light"),
         ),
     ),

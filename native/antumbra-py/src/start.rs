@@ -60,6 +60,7 @@ pub(crate) fn start(
                 ("AUTO", Transport::Auto),
                 ("SHOOTING", Transport::Shooting),
                 ("HIERARCHICAL", Transport::Hierarchical),
+                ("RAYS", Transport::Rays),
             ],
         )?,
         threads: count(py, "threads", threads)?,

@@ -65,7 +65,7 @@ impl<'a> Display<'a> {
         let samples = display.samples();
         irradiance.truncate(samples.len());
         let unknown: Vec<usize> = (irradiance.len()..samples.len()).collect();
-        irradiance.extend(gathered(gather, samples, &unknown)?);
+        irradiance.extend(gathered(gather, samples, &unknown, &[])?);
         display.direct = Layer::new(irradiance);
         display.fit(Light::Direct);
         Ok(display)
@@ -109,6 +109,10 @@ impl<'a> Display<'a> {
         gather: &Gather,
         even: f64,
     ) -> Result<(), Error> {
+        let areas = match &self.mesh {
+            DisplayMesh::Quartered(mesh) => sample_areas(mesh),
+            DisplayMesh::Tessellated(mesh) => sample_areas(mesh),
+        };
         let samples = self.samples();
         let mut irradiance = known;
         irradiance.truncate(samples.len());
@@ -139,7 +143,7 @@ impl<'a> Display<'a> {
                 }
             }
             let gather = if generation == 0 { &patient } else { gather };
-            for (&index, value) in uneven.iter().zip(gathered(gather, samples, &uneven)?) {
+            for (&index, value) in uneven.iter().zip(gathered(gather, samples, &uneven, &areas)?) {
                 irradiance[index] = value;
             }
         }
@@ -162,7 +166,7 @@ impl<'a> Display<'a> {
             (None, None) => false,
         };
         let computed: Vec<usize> = (0..samples.len()).filter(|&index| !is_mean(index)).collect();
-        let arrived = gathered(gather, samples, &computed)?;
+        let arrived = gathered(gather, samples, &computed, &[])?;
         if (gather.ends)() {
             // What was not computed must not pass for darkness.
             return Ok(());
@@ -262,11 +266,28 @@ fn samples_of<'m>(mesh: &'m DisplayMesh) -> &'m [Sample] {
     }
 }
 
+/// The area that each sample stands for, m².
+fn sample_areas(mesh: &impl Refinable) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.samples().len()];
+    for leaf in mesh.leaves().into_iter().filter_map(|element| mesh.leaf(element)) {
+        leaf.samples.iter().for_each(|sample| areas[sample.index()] += leaf.area / 3.0);
+    }
+    areas
+}
+
 /// The light on the fronts of some samples.
-fn gathered(gather: &Gather, samples: &[Sample], wanted: &[usize]) -> Result<Vec<DVec3>, Error> {
+///
+/// `areas`: that each of all samples stands for, m²; may be empty.
+fn gathered(
+    gather: &Gather,
+    samples: &[Sample],
+    wanted: &[usize],
+    areas: &[f64],
+) -> Result<Vec<DVec3>, Error> {
     let approaches: Vec<_> = wanted.iter().map(|&index| samples[index].approach(Side::Front)).collect();
     let seeds: Vec<u64> = wanted.iter().map(|&index| 2 * index as u64).collect();
-    Ok(gather.limits(&approaches, &seeds)?.into_iter().map(|arrived| arrived.irradiance).collect())
+    let areas: Vec<f64> = wanted.iter().filter_map(|&index| areas.get(index).copied()).collect();
+    Ok(gather.limits(&approaches, &seeds, &areas)?.into_iter().map(|arrived| arrived.irradiance).collect())
 }
 
 /// Area of everything that is baked, m².

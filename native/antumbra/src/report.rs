@@ -83,11 +83,11 @@ pub struct LineSummary {
 /// The exchange of light between surfaces.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct TransportSummary {
-    /// `"SHOOTING"` or `"HIERARCHICAL"`: what was used.
+    /// `"SHOOTING"`, `"HIERARCHICAL"` or `"RAYS"`: what was used.
     pub mode: String,
     /// Elements that exchanged light, both sides counted.
     pub elements: usize,
-    /// Links between them; with shooting, form factors.
+    /// Links between them; with shooting, form factors; with rays, what they met.
     pub links: usize,
     /// Iterations of the last solution; with shooting, shots.
     pub iterations: usize,

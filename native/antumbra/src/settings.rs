@@ -29,6 +29,8 @@ pub enum Transport {
     Shooting,
     /// Links between elements and clusters, solved for all bounces at once (Hanrahan, Salzman, Aupperle 1991).
     Hierarchical,
+    /// Every patch looks around along rays, and what is shown is gathered along rays: for very many faces (Malley 1988).
+    Rays,
 }
 
 /// What the colour attribute holds.

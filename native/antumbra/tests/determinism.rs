@@ -2,7 +2,7 @@
 
 mod common;
 
-use antumbra::settings::{Method, Settings};
+use antumbra::settings::{Method, Settings, Transport};
 use antumbra::weld::Bake;
 use common::Random;
 use common::scene::{Scene, adaptive, by, lamp, uniform};
@@ -81,6 +81,12 @@ fn an_adaptive_bake_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_uniform_bake_is_the_same_on_any_number_of_threads() {
     assert_deterministic(&plain_room(), &uniform(0.4));
+}
+
+#[test]
+fn surfaces_that_look_around_see_the_same_on_any_number_of_threads() {
+    let settings = Settings { tolerance: 0.1, transport: Transport::Rays, ..adaptive() };
+    assert_deterministic(&plain_room(), &settings);
 }
 
 #[test]

@@ -14,6 +14,10 @@ fn by_links() -> Settings {
     Settings { transport: Transport::Hierarchical, ..adaptive() }
 }
 
+fn by_rays() -> Settings {
+    Settings { transport: Transport::Rays, ..adaptive() }
+}
+
 /// A cube of 1 m whose walls reflect and emit alike.
 fn furnace(reflectance: f64) -> Scene {
     let mut scene = Scene::default();
@@ -102,9 +106,61 @@ fn what_reflects_everything_in_the_open_is_fine() {
     assert!(brightest > 0.1 && brightest < 10.0, "{brightest}");
 }
 
-/// Means over the baked surfaces of a room by both ways.
+/// Rows of rays sum to exactly 1, however few they are.
 #[test]
-fn shooting_and_links_agree() {
+fn a_furnace_is_right_by_rays() {
+    for reflectance in [0.0, 0.5, 0.99, 0.999_999] {
+        let bake = furnace(reflectance).bake(&by_rays());
+        let expected = 1.0 / (1.0 - reflectance);
+        let worst =
+            all_light(&bake).map(|light| (light / expected - 1.0).abs().max_element()).fold(0.0, f64::max);
+        let transport = &bake.report.result.transport;
+        println!("rho {reflectance}: off by {worst:.1e}, {} iterations", transport.iterations);
+        assert!(worst <= 1e-6, "rho {reflectance}: off by {worst:e}");
+    }
+}
+
+/// A picture a millimetre before a lit wall: what is behind it is dark to within the gap, although it lies between lit rims
+/// and faces a wall that is lit all around.
+#[test]
+fn rays_find_the_darkness_behind_a_picture() {
+    let mut scene = Scene::default();
+    let white = scene.material(0.7, 0.0);
+    scene.object("room", Shape::room(DVec3::splat(3.0)), white);
+    let picture = Shape::cuboid(DVec3::new(1.5, 0.006, 1.5), DVec3::new(0.5, 0.005, 0.4));
+    scene.object("picture", picture, white);
+    scene.light(&lamp(DVec3::new(1.5, 1.5, 2.9), 0.5), 10.0);
+    let bake = scene.bake(&arriving(by_rays()));
+    let light = |object: usize, at: DVec3| {
+        let mesh = bake.meshes.iter().find(|mesh| mesh.object == object).expect("it is baked");
+        common::baked::light_at(mesh, at).expect("there is a surface")
+    };
+    let [behind, wall] = [light(1, DVec3::new(1.45, 0.001, 1.4)), light(0, DVec3::new(1.45, 0.0, 1.4))];
+    let beside = light(0, DVec3::new(0.6, 0.0, 1.4));
+    println!("behind it {behind}, on the wall {wall}, beside it {beside}");
+    assert!(behind.max_element() < 0.01 * beside.max_element());
+    assert!(wall.max_element() < 0.01 * beside.max_element());
+}
+
+#[test]
+fn rays_leave_the_inside_of_a_closed_box_dark_and_refuse_endless_light() {
+    let mut scene = room();
+    let white = scene.material(1.0, 0.0);
+    scene.object("safe", Shape::room(DVec3::splat(0.4)).map(|p| p + DVec3::splat(0.3)), white);
+    let bake = scene.bake(&by_rays());
+    let safe = bake.meshes.iter().find(|mesh| mesh.object == 2).expect("it is baked");
+    let colours = safe.corner_radiance.as_flattened().as_flattened();
+    assert!(colours.iter().all(|&colour| colour == 0.0));
+
+    let Err(Error::EndlessLight { surfaces }) = furnace(1.0).try_bake(&by_rays()) else {
+        panic!("it has no solution")
+    };
+    assert_eq!(surfaces, "“furnace”");
+}
+
+/// Means over the baked surfaces of a room by all ways.
+#[test]
+fn shooting_links_and_rays_agree() {
     let scene = room();
     let mean = |settings: &Settings| {
         let bake = scene.bake(settings);
@@ -119,7 +175,9 @@ fn shooting_and_links_agree() {
         sum / area
     };
     let (links, shots) = (mean(&arriving(by_links())), mean(&arriving(by_shooting())));
-    println!("by links {links}, by shooting {shots}");
+    let rays = mean(&arriving(by_rays()));
+    println!("by links {links}, by shooting {shots}, by rays {rays}");
+    assert!((rays / links - 1.0).abs().max_element() < 0.01, "{rays} and {links}");
     assert!((links / shots - 1.0).abs().max_element() < 0.015, "{links} and {shots}");
 }
 
@@ -134,4 +192,5 @@ fn the_report_says_which_way_was_taken() {
     assert_eq!(mode(0.95, Transport::Auto), "HIERARCHICAL");
     assert_eq!(mode(0.5, Transport::Hierarchical), "HIERARCHICAL");
     assert_eq!(mode(0.95, Transport::Shooting), "SHOOTING");
+    assert_eq!(mode(0.5, Transport::Rays), "RAYS");
 }

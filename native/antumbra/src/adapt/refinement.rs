@@ -18,6 +18,7 @@ use crate::mesh::{Sample, Side, edge_key};
 use crate::monitor::Progress;
 use crate::scene::world::World;
 use crate::transport::gather::{Arrived, Gather, rms};
+use crate::transport::source_tree::SourceTree;
 use crate::visibility::{Receiver, unoccluded_form_factor};
 
 /// Where the light at the corners of an element differs by less than this, in wanted errors, unblocked light is even:
@@ -173,10 +174,29 @@ impl Layer {
     }
 }
 
+/// The middle of an edge where the light is to be computed.
+struct Unknown {
+    edge: (SampleId, SampleId),
+    middle: Sample,
+    /// That it stands for, m².
+    area: f64,
+}
+
 /// An element with the integral of its squared error, W²/m².
 struct Uneven {
     element: ElementId,
     squared_error: f64,
+}
+
+/// What may lie between corners that are lit alike.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Hidden {
+    /// Nothing that is worth looking for.
+    Nowhere,
+    /// Shadows of what stands between the element and an emitter.
+    Shadows,
+    /// Places where hardly any light gets to: between a picture and its wall.
+    Crevices,
 }
 
 /// The refinement of a mesh for one group of sources.
@@ -191,8 +211,8 @@ pub(crate) struct Refinement<'a> {
     pub(crate) allowed: f64,
     /// Triangles that the mesh may have.
     pub(crate) triangle_budget: usize,
-    /// Whether shadows are looked for where all corners of an element are lit alike.
-    pub(crate) hidden_shadows: bool,
+    /// What is looked for where all corners of an element are lit alike.
+    pub(crate) hidden: Hidden,
     /// The part of the whole bake, 0 to 1, that this is.
     pub(crate) progress: [f64; 2],
 }
@@ -290,14 +310,22 @@ impl Refinement<'_> {
             return true;
         }
         // The light that comes to the brightest corner when nothing blocks it may miss all corners.
-        self.hidden_shadows && {
-            let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));
-            let brightest =
-                |polygon| receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max);
-            let most: DVec3 =
-                (self.gather.sources.roots()).map(|(polygon, sent)| brightest(polygon) * sent).sum();
-            share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING
-        }
+        let most = match self.hidden {
+            Hidden::Nowhere => return false,
+            // Darkness may hide between corners that are lit alike.
+            Hidden::Crevices => light.into_iter().fold(DVec3::ZERO, DVec3::max),
+            Hidden::Shadows => {
+                let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));
+                let brightest = |polygon| {
+                    receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max)
+                };
+                let most: DVec3 = (self.gather.sources.sources().into_iter().flat_map(SourceTree::roots))
+                    .map(|(polygon, sent)| brightest(polygon) * sent)
+                    .sum();
+                most
+            }
+        };
+        share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING
     }
 
     /// Computes the light in the middle of every edge of suspect leaves, each edge once.
@@ -314,29 +342,27 @@ impl Refinement<'_> {
             };
             for (k, edge) in leaf.edges().into_iter().enumerate() {
                 if !layer.middles.contains_key(&edge) {
-                    wanted.push((edge, mesh.middle(element, k)));
+                    wanted.push(Unknown { edge, middle: mesh.middle(element, k), area: leaf.area / 3.0 });
                 }
             }
         }
         self.compute(layer, wanted)
     }
 
-    fn compute(
-        &self,
-        layer: &mut Layer,
-        mut wanted: Vec<((SampleId, SampleId), Sample)>,
-    ) -> Result<(), Error> {
-        wanted.sort_by_key(|(edge, _)| *edge);
-        wanted.dedup_by_key(|(edge, _)| *edge);
-        let approaches: Vec<_> = wanted.iter().map(|(_, sample)| sample.approach(Side::Front)).collect();
-        let seeds: Vec<u64> =
-            wanted.iter().map(|((a, b), _)| ((a.index() as u64) << 32) | b.index() as u64).collect();
-        let arrived = self.gather.limits(&approaches, &seeds)?;
+    fn compute(&self, layer: &mut Layer, mut wanted: Vec<Unknown>) -> Result<(), Error> {
+        wanted.sort_by_key(|unknown| unknown.edge);
+        wanted.dedup_by_key(|unknown| unknown.edge);
+        let approaches: Vec<_> = wanted.iter().map(|unknown| unknown.middle.approach(Side::Front)).collect();
+        let seeds: Vec<u64> = (wanted.iter())
+            .map(|unknown| ((unknown.edge.0.index() as u64) << 32) | unknown.edge.1.index() as u64)
+            .collect();
+        let areas: Vec<f64> = wanted.iter().map(|unknown| unknown.area).collect();
+        let arrived = self.gather.limits(&approaches, &seeds, &areas)?;
         if (self.gather.ends)() {
             // What was not computed must not pass for darkness.
             return Ok(());
         }
-        for ((edge, _), arrived) in wanted.into_iter().zip(arrived) {
+        for (Unknown { edge, .. }, arrived) in wanted.into_iter().zip(arrived) {
             let mean = 0.5 * (layer.irradiance[edge.0.index()] + layer.irradiance[edge.1.index()]);
             let mut deviation = arrived.irradiance - mean;
             if deviation.length_squared() <= CERTAIN * arrived.variance {
@@ -366,7 +392,8 @@ impl Refinement<'_> {
             .collect();
         let receivers: Vec<Receiver> = wanted.iter().map(|(element, _)| mesh.centroid(*element)).collect();
         let seeds: Vec<u64> = wanted.iter().map(|(element, _)| element.index() as u64 | (1 << 63)).collect();
-        let arrived = self.gather.at(&receivers, &seeds)?;
+        let areas: Vec<f64> = wanted.iter().map(|(_, leaf)| leaf.area).collect();
+        let arrived = self.gather.at(&receivers, &seeds, &areas)?;
         if (self.gather.ends)() {
             return Ok(());
         }
@@ -393,7 +420,11 @@ impl Refinement<'_> {
                 .filter(|flip| flip.now.iter().any(|leaf| self.squared_error(leaf, layer, DVec3::ZERO) > 0.0))
                 .collect();
             let unknown = flips.iter().filter(|flip| !layer.middles.contains_key(&flip.edge));
-            self.compute(layer, unknown.map(|flip| (flip.edge, flip.middle.clone())).collect())?;
+            let middle = |flip: &Flip| {
+                let area = flip.then.iter().map(|leaf| leaf.area).sum::<f64>() / 3.0;
+                Unknown { edge: flip.edge, middle: flip.middle.clone(), area }
+            };
+            self.compute(layer, unknown.map(middle).collect())?;
             let error = |leaves: &[Leaf; 2], bulges: [DVec3; 2]| -> f64 {
                 leaves.iter().zip(bulges).map(|(leaf, bulge)| self.squared_error(leaf, layer, bulge)).sum()
             };
@@ -407,7 +438,8 @@ impl Refinement<'_> {
             let centroids: Vec<Receiver> = promising.iter().flat_map(|flip| flip.centroids).collect();
             let seeds: Vec<u64> =
                 promising.iter().flat_map(|flip| flip.elements.map(|e| e.index() as u64)).collect();
-            let arrived = self.gather.at(&centroids, &seeds)?;
+            let areas: Vec<f64> = promising.iter().flat_map(|flip| flip.then.map(|leaf| leaf.area)).collect();
+            let arrived = self.gather.at(&centroids, &seeds, &areas)?;
             if (self.gather.ends)() {
                 break;
             }

@@ -6,10 +6,12 @@ use glam::{DMat4, DVec2, DVec3};
 
 use super::*;
 use crate::adapt::contact_lines::contacts;
+use crate::adapt::refinement::Hidden;
 use crate::mesh::tessellate;
 use crate::monitor::Monitor;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
 use crate::transport::form_factors::FormFactors;
+use crate::transport::gather::Lit;
 use crate::transport::sources::{Emitters, blocking_polygons};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
@@ -80,7 +82,7 @@ fn light_of(bounds: [DVec2; 2], point: DVec3) -> f64 {
 }
 
 /// A corner of the display mesh.
-struct Lit {
+struct CornerLight {
     object: usize,
     point: DVec3,
     /// Middle of its triangle.
@@ -92,7 +94,7 @@ struct Lit {
 }
 
 /// The direct light at all corners of elements of at most `size`, metres, refined until the rms error is `wanted`.
-fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<Lit> {
+fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
     let world = World::new(input).expect("the scene is valid");
     let shift = input.objects[0].positions[0] - world.vertices[0];
     let display = display(&world, size, wanted);
@@ -110,7 +112,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<Lit> {
             let sample = corner.samples[0].index();
             let Receiver { position, normal } = samples[sample].receiver(Side::Front);
             let step = position - samples[sample].position;
-            found.push(Lit {
+            found.push(CornerLight {
                 object: face.object.index(),
                 point,
                 centroid: (points[0] + points[1] + points[2]) / 3.0,
@@ -134,7 +136,7 @@ fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
     let gather = || Gather {
         form_factors: &form_factors,
         monitor: &monitor,
-        sources: &emitters.tree,
+        sources: Lit::Sources(&emitters.tree),
         wanted_error: wanted,
         ends: &|| false,
     };
@@ -147,7 +149,7 @@ fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
         wanted_error: wanted,
         allowed: wanted * wanted * baked_area(world),
         triangle_budget: 20_000,
-        hidden_shadows: true,
+        hidden: Hidden::Shadows,
         progress: [0.0, 1.0],
     };
     display.refine_for_emitters(&refinement).expect("not cancelled");
@@ -182,7 +184,7 @@ fn the_foot_of_a_cube_has_the_limit_from_outside_and_no_light_inside() {
         let cube = cuboid(DVec3::new(-0.5, -0.5, 0.0), DVec3::new(0.5, 0.5, 1.0));
         let lit = lit(&scene(vec![floor(half), cube], Some(lamp)), size, wanted);
         let floor = || lit.iter().filter(|lit| lit.object == 0);
-        let outside = |lit: &&Lit| lit.centroid.truncate().abs().max_element() > 0.5;
+        let outside = |lit: &&CornerLight| lit.centroid.truncate().abs().max_element() > 0.5;
         let foot = floor().filter(outside).filter(|lit| is_at(lit.point.x, 0.5) && lit.point.y.abs() < 0.499);
         let (error, seen) = worst(foot.map(|lit| {
             let visible = beyond_wall(lamp, lit.point.x, 0.5, 1.0);
@@ -191,10 +193,10 @@ fn the_foot_of_a_cube_has_the_limit_from_outside_and_no_light_inside() {
         println!("floor of {half}, elements of {size} m: {seen} corners, off by {error:.2e} of the limit");
         assert!(seen > 2 && error < LIMIT, "floor of {half}: {error:e}");
         // At a corner of the cube light depends on the direction, but what lies beyond both walls is always seen.
-        let corner = |lit: &&Lit| is_at(lit.point.x, 0.5) && is_at(lit.point.y, 0.5);
+        let corner = |lit: &&CornerLight| is_at(lit.point.x, 0.5) && is_at(lit.point.y, 0.5);
         assert!(floor().filter(outside).filter(corner).all(|lit| lit.light > 0.01), "a dark corner");
         // Slivers of a cell or two may lie beside the contact.
-        let inside = |lit: &&Lit| lit.centroid.truncate().abs().max_element() < 0.5 - 1e-6;
+        let inside = |lit: &&CornerLight| lit.centroid.truncate().abs().max_element() < 0.5 - 1e-6;
         let brightest = floor().filter(inside).map(|lit| lit.light).fold(0.0, f64::max);
         assert_eq!(brightest, 0.0, "floor of {half}: light under the cube");
     }

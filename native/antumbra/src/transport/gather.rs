@@ -10,6 +10,7 @@ use crate::monitor::Monitor;
 use crate::transport::form_factors::{
     CLUSTER_SIZE, Cluster, Clustered, FormFactors, Found, Narrowed, Seeded, Workspace, clusters,
 };
+use crate::transport::hemisphere::Surroundings;
 use crate::transport::source_tree::{Seen, SourceTree, Step};
 use crate::visibility::Receiver;
 
@@ -27,11 +28,45 @@ pub(crate) struct Arrived {
     pub(crate) variance: f64,
 }
 
+/// What sends light.
+#[derive(Clone, Copy)]
+pub(crate) enum Lit<'a> {
+    /// Sources, which are sought out.
+    Sources(&'a SourceTree),
+    /// Surfaces that are met along rays.
+    Around(&'a Surroundings<'a>),
+}
+
+impl<'a> Lit<'a> {
+    /// Sources that are sought out.
+    pub(crate) fn sources(self) -> Option<&'a SourceTree> {
+        match self {
+            Self::Sources(sources) => Some(sources),
+            Self::Around(_) => None,
+        }
+    }
+}
+
+/// What surfaces reflect, for those who gather it.
+pub(crate) enum Reflected<'a> {
+    Sources(SourceTree),
+    Around(Surroundings<'a>),
+}
+
+impl Reflected<'_> {
+    pub(crate) fn lit(&self) -> Lit<'_> {
+        match self {
+            Self::Sources(sources) => Lit::Sources(sources),
+            Self::Around(surroundings) => Lit::Around(surroundings),
+        }
+    }
+}
+
 /// Sources, and all that it takes to find their light.
 pub(crate) struct Gather<'a> {
     pub(crate) form_factors: &'a FormFactors<'a>,
     pub(crate) monitor: &'a Monitor,
-    pub(crate) sources: &'a SourceTree,
+    pub(crate) sources: Lit<'a>,
     /// The rms error that the user wants, W/m²; infinite sources of rays where nothing is known yet (0).
     pub(crate) wanted_error: f64,
     /// When to leave it at what is known: the caller stops, or the time is up.
@@ -41,19 +76,43 @@ pub(crate) struct Gather<'a> {
 impl Gather<'_> {
     /// What arrives at each receiver; nothing where it ended before its turn.
     ///
-    /// `seeds`: per receiver, what fixes its rays.
+    /// `seeds`: per receiver, what fixes its rays. `areas`: that each stands for, m²; may be empty where sources are sought
+    /// out.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn at(&self, receivers: &[Receiver], seeds: &[u64]) -> Result<Vec<Arrived>, Error> {
-        self.at_members(&clusters(receivers, CLUSTER_SIZE), Seeded { receivers, seeds })
+    pub(crate) fn at(
+        &self,
+        receivers: &[Receiver],
+        seeds: &[u64],
+        areas: &[f64],
+    ) -> Result<Vec<Arrived>, Error> {
+        match self.sources {
+            Lit::Sources(tree) => {
+                self.at_members(tree, &clusters(receivers, CLUSTER_SIZE), Seeded { receivers, seeds })
+            }
+            Lit::Around(surroundings) => self.by_rays(surroundings, receivers, areas),
+        }
     }
 
     /// What arrives at the end of each approach: at its near receiver, or, where there is a far one, the limit.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn limits(&self, approaches: &[Approach], seeds: &[u64]) -> Result<Vec<Arrived>, Error> {
+    pub(crate) fn limits(
+        &self,
+        approaches: &[Approach],
+        seeds: &[u64],
+        areas: &[f64],
+    ) -> Result<Vec<Arrived>, Error> {
+        let tree = match self.sources {
+            Lit::Sources(tree) => tree,
+            Lit::Around(surroundings) => {
+                // Rays are not continued.
+                let receivers: Vec<Receiver> = approaches.iter().map(|approach| approach.near).collect();
+                return self.by_rays(surroundings, &receivers, areas);
+            }
+        };
         let mut receivers: Vec<Receiver> = approaches.iter().map(|approach| approach.near).collect();
         let mut seeds = seeds.to_vec();
         let mut clusters = clusters(&receivers, CLUSTER_SIZE);
@@ -70,7 +129,8 @@ impl Gather<'_> {
                 }
             }
         }
-        let mut arrived = self.at_members(&clusters, Seeded { receivers: &receivers, seeds: &seeds })?;
+        let mut arrived =
+            self.at_members(tree, &clusters, Seeded { receivers: &receivers, seeds: &seeds })?;
         for [near, far] in pairs {
             arrived[near] = limit(arrived[near], arrived[far]);
         }
@@ -78,9 +138,9 @@ impl Gather<'_> {
         Ok(arrived)
     }
 
-    fn at_members(&self, clusters: &[Cluster], of: Seeded) -> Result<Vec<Arrived>, Error> {
+    fn at_members(&self, tree: &SourceTree, clusters: &[Cluster], of: Seeded) -> Result<Vec<Arrived>, Error> {
         let mut arrived = vec![Arrived::default(); of.receivers.len()];
-        if of.receivers.is_empty() || self.sources.is_empty() {
+        if of.receivers.is_empty() || tree.is_empty() {
             return Ok(arrived);
         }
         let found: Vec<Vec<Arrived>> = (clusters.par_iter())
@@ -93,7 +153,7 @@ impl Gather<'_> {
                 let (low, high) = cluster.bounds();
                 workspace.next_cluster();
                 let negligible = NEGLIGIBLE * self.wanted_error;
-                self.sources.visit(low, high, negligible, Narrowed::Unknown, |source, step, known| {
+                tree.visit(low, high, negligible, Narrowed::Unknown, |source, step, known| {
                     let polygon = match (source.seen(), step) {
                         (Seen::Polygon(polygon), Step::Whole) => polygon,
                         (Seen::Polygon(polygon), Step::ToParts) => {
@@ -127,6 +187,26 @@ impl Gather<'_> {
                 arrived[member as usize] = sum;
             }
         }
+        Ok(arrived)
+    }
+
+    fn by_rays(
+        &self,
+        surroundings: &Surroundings,
+        receivers: &[Receiver],
+        areas: &[f64],
+    ) -> Result<Vec<Arrived>, Error> {
+        let arrived = (receivers.par_iter().zip(areas))
+            .map(|(receiver, &area)| {
+                if (self.ends)() {
+                    return Arrived::default();
+                }
+                let directions = surroundings.directions(area);
+                self.form_factors.count_rays(directions.len() as u64);
+                surroundings.at(receiver, directions)
+            })
+            .collect();
+        self.monitor.check()?;
         Ok(arrived)
     }
 

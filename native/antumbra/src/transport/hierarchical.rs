@@ -19,7 +19,7 @@ use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
 use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
 use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::Gather;
+use crate::transport::gather::{Gather, Lit};
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
 use crate::transport::links::{Links, NodeLight, Wanted};
 use crate::transport::overlay::{Received, spread_over_leaves};
@@ -209,12 +209,12 @@ impl<'a> Hierarchical<'a> {
         let gather = Gather {
             form_factors: self.form_factors,
             monitor: self.monitor,
-            sources: &self.emitters.tree,
+            sources: Lit::Sources(&self.emitters.tree),
             // What rays err by at one leaf is averaged over all of them by whoever sees them.
             wanted_error: self.wanted_error() * (self.hierarchy.leaves().count() as f64).sqrt(),
             ends,
         };
-        for ((id, share), arrived) in points.into_iter().zip(gather.at(&receivers, &seeds)?) {
+        for ((id, share), arrived) in points.into_iter().zip(gather.at(&receivers, &seeds, &[])?) {
             let received = &mut direct[id.index()];
             received.mean += share * arrived.irradiance;
             received.include(arrived.irradiance);
@@ -421,7 +421,7 @@ impl<'a> Hierarchical<'a> {
 }
 
 /// “A”, “B” and 3 more.
-fn named(names: &[String]) -> String {
+pub(crate) fn named(names: &[String]) -> String {
     let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("“{name}”")).collect();
     let more = names.len().saturating_sub(MOST_NAMES);
     if more == 0 { shown.join(", ") } else { format!("{} and {more} more", shown.join(", ")) }

@@ -1,14 +1,17 @@
 //! Light between surfaces.
 
 pub(crate) mod balance;
-mod conjugate_gradients;
+mod conjugate_residuals;
+pub(crate) mod crevices;
 mod enclosure;
 mod exchange;
 pub(crate) mod form_factors;
 pub(crate) mod gather;
+pub(crate) mod hemisphere;
 pub(crate) mod hierarchical;
 mod hierarchy;
 mod links;
+pub(crate) mod looking;
 pub(crate) mod mode;
 mod overlay;
 mod patches;

@@ -3,15 +3,17 @@
 use glam::DVec3;
 
 use crate::report::TransportSummary;
+use crate::transport::gather::Reflected;
 use crate::transport::hierarchical::Hierarchical;
+use crate::transport::looking::Looking;
 use crate::transport::secondary::Reflector;
 use crate::transport::shooting::Shooting;
-use crate::transport::source_tree::SourceTree;
 
 /// A solution on its way, one way or the other.
 pub(crate) enum Solution<'a> {
     Shooting(Box<Shooting<'a>>),
     Hierarchical(Box<Hierarchical<'a>>),
+    Looking(Box<Looking<'a>>),
 }
 
 impl Solution<'_> {
@@ -20,6 +22,7 @@ impl Solution<'_> {
         match self {
             Self::Shooting(shooting) => shooting.wanted_error(),
             Self::Hierarchical(hierarchical) => hierarchical.wanted_error(),
+            Self::Looking(looking) => looking.wanted_error(),
         }
     }
 
@@ -28,6 +31,8 @@ impl Solution<'_> {
         match self {
             Self::Shooting(shooting) => shooting.reflectors(),
             Self::Hierarchical(hierarchical) => hierarchical.reflectors(),
+            // Of thousands of faces, none is strong.
+            Self::Looking(_) => Vec::new(),
         }
     }
 
@@ -35,7 +40,7 @@ impl Solution<'_> {
     pub(crate) fn direct_at(&self, samples: usize) -> Vec<DVec3> {
         match self {
             Self::Shooting(shooting) => shooting.direct_at(samples),
-            Self::Hierarchical(_) => Vec::new(),
+            Self::Hierarchical(_) | Self::Looking(_) => Vec::new(),
         }
     }
 
@@ -43,15 +48,16 @@ impl Solution<'_> {
     pub(crate) fn indirect_at(&self, samples: usize) -> Vec<DVec3> {
         match self {
             Self::Shooting(shooting) => shooting.indirect_at(samples),
-            Self::Hierarchical(_) => Vec::new(),
+            Self::Hierarchical(_) | Self::Looking(_) => Vec::new(),
         }
     }
 
     /// What surfaces reflect.
-    pub(crate) fn lit(&self) -> SourceTree {
+    pub(crate) fn lit(&self) -> Reflected<'_> {
         match self {
-            Self::Shooting(shooting) => shooting.lit(),
-            Self::Hierarchical(hierarchical) => hierarchical.lit(),
+            Self::Shooting(shooting) => Reflected::Sources(shooting.lit()),
+            Self::Hierarchical(hierarchical) => Reflected::Sources(hierarchical.lit()),
+            Self::Looking(looking) => looking.lit(),
         }
     }
 
@@ -59,7 +65,7 @@ impl Solution<'_> {
     pub(crate) fn closing_factor(&self) -> DVec3 {
         match self {
             Self::Shooting(shooting) => shooting.closing_factor(),
-            Self::Hierarchical(_) => DVec3::ONE,
+            Self::Hierarchical(_) | Self::Looking(_) => DVec3::ONE,
         }
     }
 
@@ -68,6 +74,7 @@ impl Solution<'_> {
         match self {
             Self::Shooting(shooting) => shooting.remaining(),
             Self::Hierarchical(hierarchical) => hierarchical.remaining(),
+            Self::Looking(looking) => looking.remaining(),
         }
     }
 
@@ -75,7 +82,7 @@ impl Solution<'_> {
     pub(crate) fn shots(&self) -> usize {
         match self {
             Self::Shooting(shooting) => shooting.shots,
-            Self::Hierarchical(_) => 0,
+            Self::Hierarchical(_) | Self::Looking(_) => 0,
         }
     }
 
@@ -84,6 +91,7 @@ impl Solution<'_> {
         match self {
             Self::Shooting(shooting) => shooting.summary(),
             Self::Hierarchical(hierarchical) => hierarchical.summary(),
+            Self::Looking(looking) => looking.summary(),
         }
     }
 }

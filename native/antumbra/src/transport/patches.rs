@@ -116,7 +116,7 @@ pub(crate) fn direct_means(
 }
 
 /// What the display mesh brings to the given elements; nothing for those that are not displayed.
-fn received(
+pub(crate) fn received(
     mesh: &Mesh,
     world: &World,
     display: Option<&Display>,

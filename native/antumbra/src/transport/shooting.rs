@@ -21,7 +21,7 @@ use crate::transport::balance::Balance;
 use crate::transport::form_factors::{
     CLUSTER_SIZE, Cluster, Clustered, FormFactorPair, FormFactors, Narrowed, Seeded, Workspace, clusters,
 };
-use crate::transport::gather::{Gather, rms};
+use crate::transport::gather::{Gather, Lit, rms};
 use crate::transport::patches::{Fit, direct_means};
 use crate::transport::secondary::{Reflector, reflectors_of_patches};
 use crate::transport::source_tree::SourceTree;
@@ -138,7 +138,8 @@ impl<'a> Shooting<'a> {
             mesh,
             sources,
         };
-        let gather = Gather { form_factors, monitor, sources: &emitters.tree, wanted_error: 0.0, ends };
+        let gather =
+            Gather { form_factors, monitor, sources: Lit::Sources(&emitters.tree), wanted_error: 0.0, ends };
         light(&gather, &shooting.mesh, &mut shooting.direct)?;
         let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
         shooting.start(means);
@@ -228,7 +229,7 @@ impl<'a> Shooting<'a> {
         Gather {
             form_factors: self.form_factors,
             monitor: self.monitor,
-            sources: &self.emitters.tree,
+            sources: Lit::Sources(&self.emitters.tree),
             wanted_error: self.wanted_error(),
             ends,
         }
@@ -445,7 +446,7 @@ fn light(gather: &Gather, mesh: &Mesh, light: &mut Vec<[DVec3; 2]>) -> Result<()
     let first = light.len();
     let receivers = both_sides(&mesh.samples[first..]);
     let seeds: Vec<u64> = (2 * first..2 * mesh.samples.len()).map(|seed| seed as u64).collect();
-    let arrived = gather.at(&receivers, &seeds)?;
+    let arrived = gather.at(&receivers, &seeds, &[])?;
     light.extend(arrived.chunks_exact(2).map(|sides| [sides[0].irradiance, sides[1].irradiance]));
     Ok(())
 }

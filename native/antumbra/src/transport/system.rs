@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::transport::conjugate_gradients::solve;
+use crate::transport::conjugate_residuals::solve;
 use crate::transport::enclosure::Enclosure;
 use crate::transport::exchange::Exchange;
 use crate::transport::hierarchy::Hierarchy;
@@ -10,6 +10,10 @@ use crate::transport::links::Link;
 
 /// Light that was interpolated may hold this share more or less than was sent; more means that it was not all counted.
 const INTERPOLATION: f64 = 0.05;
+
+/// Residual, relative to what emitters bring, at which a solution is good: below what f32 colours can show of any
+/// reflectance for which f64 can tell 1 - rho.
+const RESIDUAL: f64 = 1e-11;
 
 /// One equation with its solution; all lists are per node and have a meaning for leaves.
 #[derive(Debug, Default)]
@@ -67,7 +71,7 @@ impl System {
     fn solve(&mut self, hierarchy: &Hierarchy, links: &[Link]) {
         let exchange = Exchange::with_factors(hierarchy, links, self.factors.clone());
         let known: Vec<DVec3> = self.arriving.iter().zip(&self.missed).map(|(a, b)| *a + *b).collect();
-        let solution = solve(|b| exchange.apply(b), &self.areas, &self.reflectance, &known);
+        let solution = solve(|b| exchange.apply(b), &self.areas, &self.reflectance, &known, RESIDUAL);
         self.iterations = solution.iterations;
         self.indirect = exchange.apply(&solution.radiosity);
         self.indirect.iter_mut().zip(&self.missed).for_each(|(indirect, missed)| *indirect += *missed);

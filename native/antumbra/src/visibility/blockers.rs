@@ -10,7 +10,7 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use obvhs::ray::Ray;
+use obvhs::ray::{Ray, RayHit};
 
 use crate::visibility::ConvexPolygon;
 use crate::visibility::shaft::Shaft;
@@ -19,6 +19,8 @@ use crate::visibility::shaft::Shaft;
 pub(crate) struct Blockers {
     polygons: Vec<ConvexPolygon>,
     tree: Option<Bvh2>,
+    /// What rays need of the polygons, in the order of the tree: neighbours lie in memory side by side.
+    panels: Vec<Panel>,
     /// Size of the scene, for the length of rays.
     diagonal: f64,
 }
@@ -26,6 +28,16 @@ pub(crate) struct Blockers {
 /// Share of the way between two surfaces that a ray leaves out at each end: far above the rounding of the points and of
 /// the planes that they lie in, far below what could stand in between.
 const OFF_THE_SURFACE: f64 = 1e-9;
+
+/// Where a ray first meets a polygon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hit {
+    pub(crate) polygon: u32,
+    /// Whether it meets the side of the polygon's normal.
+    pub(crate) front: bool,
+    /// Metres.
+    pub(crate) distance: f64,
+}
 
 /// More candidates than the caller asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +47,7 @@ impl Blockers {
     /// Builds the tree. Polygons keep their indices.
     pub(crate) fn new(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
         if polygons.is_empty() {
-            return Self { polygons, tree: None, diagonal };
+            return Self { polygons, tree: None, panels: Vec::new(), diagonal };
         }
         let mut boxes: Vec<Aabb> = polygons.iter().map(grown_box).collect();
         // obvhs 0.4.0 gives a primitive centred on the maximum bound the Morton code 0, far from its neighbours, and
@@ -45,7 +57,12 @@ impl Blockers {
         boxes.push(Aabb::from_point(whole.min - margin));
         boxes.push(Aabb::from_point(whole.max + margin));
         let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
-        Self { polygons, tree: Some(tree), diagonal }
+        let panels = (tree.primitive_indices.iter())
+            .map(|&index| {
+                polygons.get(index as usize).map_or_else(Panel::nowhere, |polygon| Panel::new(index, polygon))
+            })
+            .collect();
+        Self { polygons, tree: Some(tree), panels, diagonal }
     }
 
     /// Size of the scene, metres.
@@ -157,12 +174,33 @@ impl Blockers {
         let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0) as f32;
         let ray = Ray::new(from.as_vec3a(), direction, -slack, length as f32 + slack);
         !tree.ray_traverse_miss(ray, |_, primitive| {
-            let polygon = tree.primitive_indices[primitive] as usize;
-            match self.polygons.get(polygon) {
-                Some(polygon) if crosses(polygon, from, span) => 0.0,
-                _ => f32::INFINITY,
-            }
+            if self.panels[primitive].is_crossed(from, span) { 0.0 } else { f32::INFINITY }
         })
+    }
+
+    /// The first polygon that a ray from a surface meets; the surface itself is left out.
+    ///
+    /// `direction`: of length one.
+    pub(crate) fn first_hit(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
+        let tree = self.tree.as_ref()?;
+        let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0) as f32;
+        let ray = Ray::new(from.as_vec3a(), direction.as_vec3a(), -slack, f32::INFINITY);
+        let nearest = OFF_THE_SURFACE * self.diagonal;
+        let mut first: Option<Hit> = None;
+        tree.ray_traverse(ray, &mut RayHit::none(), |_, primitive| {
+            let panel = &self.panels[primitive];
+            let along = panel.normal.dot(direction);
+            let distance = panel.normal.dot(panel.corners[0] - from) / along;
+            let farthest = first.map_or(f64::INFINITY, |hit| hit.distance);
+            // A ray along the plane has an infinite distance, or none.
+            if !(distance > nearest && distance < farthest && panel.is_passed(from, direction)) {
+                return f32::INFINITY;
+            }
+            first = Some(Hit { polygon: panel.polygon, front: along < 0.0, distance });
+            // What the tree compares with is rounded, and so are its boxes.
+            distance as f32 * (1.0 + 4.0 * f32::EPSILON) + slack
+        });
+        first
     }
 }
 
@@ -177,26 +215,44 @@ fn grown_box(polygon: &ConvexPolygon) -> Aabb {
     Aabb::new(low.as_vec3a() - grow(low), high.as_vec3a() + grow(high))
 }
 
-/// Whether the open segment `from + t·span`, 0 < t < 1, crosses the polygon.
-fn crosses(polygon: &ConvexPolygon, from: DVec3, span: DVec3) -> bool {
-    let normal = polygon.normal();
-    let vertices = polygon.vertices();
-    let start = normal.dot(from - vertices[0]);
-    let end = normal.dot(from + span - vertices[0]);
-    if start * end >= 0.0 {
-        return false;
+/// A triangle or quadrilateral as rays need it.
+struct Panel {
+    normal: DVec3,
+    /// A triangle's last corner is there twice: an edge of no length has everything on both sides.
+    corners: [DVec3; 4],
+    polygon: u32,
+}
+
+impl Panel {
+    fn new(index: u32, polygon: &ConvexPolygon) -> Self {
+        let vertices = polygon.vertices();
+        let last = vertices.len() - 1;
+        Self {
+            normal: polygon.normal(),
+            corners: std::array::from_fn(|k| vertices[k.min(last)]),
+            polygon: index,
+        }
     }
-    // The segment passes on the same side of every edge: signs of volumes, nothing is projected.
-    let side = |a: DVec3, b: DVec3| (a - from).cross(b - from).dot(span);
-    let mut previous = vertices[vertices.len() - 1];
-    let (mut left, mut right) = (true, true);
-    for &v in vertices {
-        let s = side(previous, v);
-        left &= s >= 0.0;
-        right &= s <= 0.0;
-        previous = v;
+
+    /// One that no ray meets.
+    fn nowhere() -> Self {
+        Self { normal: DVec3::ZERO, corners: [DVec3::ZERO; 4], polygon: u32::MAX }
     }
-    left || right
+
+    /// Whether the open segment `from + t·span`, 0 < t < 1, crosses it.
+    fn is_crossed(&self, from: DVec3, span: DVec3) -> bool {
+        let start = self.normal.dot(from - self.corners[0]);
+        let end = self.normal.dot(from + span - self.corners[0]);
+        start * end < 0.0 && self.is_passed(from, span)
+    }
+
+    /// Whether the line through a point passes inside: on the same side of every edge. Signs of volumes, nothing is
+    /// projected.
+    fn is_passed(&self, from: DVec3, span: DVec3) -> bool {
+        let [a, b, c, d] = self.corners.map(|corner| corner - from);
+        let sides = [a.cross(b).dot(span), b.cross(c).dot(span), c.cross(d).dot(span), d.cross(a).dot(span)];
+        sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
+    }
 }
 
 #[cfg(test)]

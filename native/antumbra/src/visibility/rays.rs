@@ -10,7 +10,7 @@ use crate::visibility::blockers::Blockers;
 use crate::visibility::{ConvexPolygon, Receiver};
 
 /// Generators of the R2 sequence (Roberts 2018): the two-dimensional golden ratio's inverse powers.
-const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+pub(crate) const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// The visible share of a source's light by `count` rays: their unblocked share of the form factor's kernel. Times
 /// the exact unblocked form factor it is exact where all rays rightly agree.

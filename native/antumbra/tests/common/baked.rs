@@ -39,6 +39,19 @@ pub(crate) fn light_over(mesh: &BakedMesh, x: f64, y: f64) -> f64 {
     panic!("no triangle holds ({x}, {y})");
 }
 
+/// The light at a point of a mesh whose object is not moved, linear over its triangle, W/m²; none where the mesh is not.
+pub(crate) fn light_at(mesh: &BakedMesh, at: DVec3) -> Option<DVec3> {
+    (mesh.triangles.iter().zip(&mesh.corner_radiance)).find_map(|(triangle, colours)| {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+        let normal = (b - a).cross(c - a);
+        let weights = [(c - b).cross(at - b), (a - c).cross(at - c), (b - a).cross(at - a)]
+            .map(|part| part.dot(normal) / normal.length_squared());
+        let off = normal.normalize().dot(at - a).abs();
+        let inside = off < 1e-9 && weights.iter().all(|&weight| weight >= -1e-12);
+        inside.then(|| (0..3).map(|k| weights[k] * light(colours[k])).sum())
+    })
+}
+
 pub(crate) fn area(corners: [DVec3; 3]) -> f64 {
     let [a, b, c] = corners;
     0.5 * (b - a).cross(c - a).length()

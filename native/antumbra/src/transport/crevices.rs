@@ -1,0 +1,81 @@
+//! Patches that reach under something: behind a picture, below a cupboard, into a joint.
+//!
+//! A patch sends its mean, so that one which lies half in the open would light the crevice that its other half lies in, from
+//! a hair's breadth away. Rays tell: some of them meet something at once, others do not.
+
+use rayon::prelude::*;
+
+use crate::index::ElementId;
+use crate::mesh::Mesh;
+use crate::transport::hemisphere::Directions;
+use crate::visibility::ConvexPolygon;
+use crate::visibility::blockers::Blockers;
+use crate::visibility::rays::{R2, point_on, splitmix, unit};
+
+/// Rays from each side.
+const RAYS: usize = 64;
+
+/// A patch lies half in the open where more than some share of the rays, but not all but that share, meet something within some
+/// distance, in edges of a square of its area: of a wide gap and of a narrow one, under a narrow strip maybe. Where two walls
+/// meet it is less, on patches that touch the other wall.
+const GAPS: [(f64, f64); 2] = [(0.125, 0.125), (0.03, 0.03)];
+
+/// Quarters patches until none lies half in a crevice or they are smaller than a square of `smallest` metres. In order.
+pub(crate) fn cut_at_crevices(
+    mesh: &mut Mesh,
+    blockers: &Blockers,
+    patches: Vec<ElementId>,
+    smallest: f64,
+) -> Vec<ElementId> {
+    let directions = Directions::at_least(RAYS);
+    let mut fitting = Vec::with_capacity(patches.len());
+    let mut open = patches;
+    while !open.is_empty() {
+        let cut: Vec<bool> =
+            open.par_iter().map(|&id| is_half_covered(mesh, blockers, id, smallest, &directions)).collect();
+        let mut parts = Vec::new();
+        for (id, cut) in open.into_iter().zip(cut) {
+            if !cut {
+                fitting.push(id);
+                continue;
+            }
+            if mesh.element(id).is_leaf() {
+                mesh.subdivide(id, &mut Vec::new());
+            }
+            parts.extend(mesh.element(id).children().expect("it is subdivided; this is a bug in antumbra"));
+        }
+        open = parts;
+    }
+    fitting.sort_unstable();
+    fitting
+}
+
+fn is_half_covered(
+    mesh: &Mesh,
+    blockers: &Blockers,
+    id: ElementId,
+    smallest: f64,
+    directions: &Directions,
+) -> bool {
+    let element = mesh.element(id);
+    let size = element.area.sqrt();
+    let [a, b, c] = mesh.positions(element);
+    let Some(polygon) = ConvexPolygon::triangle(a, b, c).filter(|_| size > smallest) else { return false };
+    let seed = splitmix(id.index() as u64);
+    [1.0, -1.0].into_iter().any(|side| {
+        let distances: Vec<f64> = (directions.about(side * polygon.normal(), unit(seed)).enumerate())
+            .map(|(k, direction)| {
+                let uv: [f64; 2] = std::array::from_fn(|axis| {
+                    (unit(splitmix(seed ^ axis as u64)) + k as f64 * R2[axis]).fract()
+                });
+                let hit = blockers.first_hit(point_on(&polygon, uv), direction);
+                hit.map_or(f64::INFINITY, |hit| hit.distance / size)
+            })
+            .collect();
+        GAPS.iter().any(|(within, share)| {
+            let close = distances.iter().filter(|distance| *distance < within).count() as f64;
+            let some = share * distances.len() as f64;
+            close > some && distances.len() as f64 - close > some
+        })
+    })
+}

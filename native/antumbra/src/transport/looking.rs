@@ -1,0 +1,378 @@
+//! The exchange of light by rays, for scenes of very many faces: every patch looks around once, and what it sees is kept.
+//!
+//! Form factors between n patches are n²; of most of them a patch sees nothing. Rays that leave a patch like light arrives
+//! there, spread by the cosine, meet what it gets light from in the right proportion (the hemisphere of Cohen, Greenberg
+//! 1985, by rays as in Malley 1988). Patches are many and each sends little, so that a few rays per patch suffice: their
+//! errors average out over all that look at it. The rows of this exchange sum exactly to the share that does not escape,
+//! so that no light is lost and none is made, however few the rays.
+//!
+//! What is shown is gathered from the solution by rays as well, more of them ([`Surroundings`]).
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::display::Display;
+use crate::error::Error;
+use crate::mesh::Mesh;
+use crate::mesh::coarse::cut_into_patches;
+use crate::monitor::Monitor;
+use crate::report::TransportSummary;
+use crate::scene::world::World;
+use crate::settings::{Quantity, Settings};
+use crate::transport::conjugate_residuals::solve;
+use crate::transport::crevices::cut_at_crevices;
+use crate::transport::form_factors::FormFactors;
+use crate::transport::gather::{Gather, Lit, Reflected};
+use crate::transport::hemisphere::{Directions, Effort, Surroundings};
+use crate::transport::hierarchical::named;
+use crate::transport::patches::received;
+use crate::transport::shooting::PatchMesh;
+use crate::transport::sources::{Emitters, Sources};
+use crate::visibility::blockers::Blockers;
+use crate::visibility::rays::{R2, point_on, splitmix, unit};
+use crate::visibility::{ConvexPolygon, Receiver};
+
+/// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
+/// by its faces anyway.
+const PATCHES: f64 = 20_000.0;
+
+/// Edge of the smallest part of a patch that reaches into a crevice, in patches.
+const SMALLEST: f64 = 1.0 / 16.0;
+
+/// Rays that leave all patches together for the exchange, about: ten seconds of processor time.
+const RAYS: f64 = 1e7;
+
+/// Rays that tell what is shown, about, before it is refined: half a minute of processor time.
+const RAYS_SHOWN: f64 = 3e7;
+
+/// Strata along each side of a hemisphere, at least: of a patch, whose error averages out over those who look at it, and of a
+/// point that is shown. With 16 rays darkness in a crevice cannot be told from noise.
+const FEWEST: usize = 4;
+const FEWEST_SHOWN: usize = 6;
+
+/// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
+const RESIDUAL: f64 = 1e-5;
+
+/// A ray that meets nothing.
+const NOTHING: u32 = u32::MAX;
+
+/// Absorbed share below which it is rounding of 1 - rho.
+const ABSORBS_NOTHING: f64 = 1e-12;
+
+/// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
+/// the way out of. More is no gap.
+const CAUGHT_IN_GAPS: f64 = 0.01;
+
+/// The state of a solution by rays.
+pub(crate) struct Looking<'a> {
+    world: &'a World,
+    settings: &'a Settings,
+    monitor: &'a Monitor,
+    form_factors: &'a FormFactors<'a>,
+    emitters: &'a Emitters,
+    mesh: Mesh,
+    patches: Sources,
+    tree: Blockers,
+    rows: Rows,
+    /// Per side: whether all light that it gets stays among such as it for ever.
+    endless: Vec<bool>,
+    /// Of what is shown.
+    effort: Effort,
+    /// Per side: what emitters bring, W/m².
+    direct: Vec<DVec3>,
+    /// Per side: what it reflects, W/m².
+    radiosity: Vec<DVec3>,
+    /// Per side: what other surfaces bring, W/m².
+    indirect: Vec<DVec3>,
+    iterations: usize,
+    mean_shown: f64,
+    solved: bool,
+}
+
+/// Cuts the scene's faces into patches that are small where they reach under something.
+pub(crate) fn patches_that_look_around(world: &World, blockers: &Blockers) -> PatchMesh {
+    let area: f64 = world.faces.iter().map(|face| face.area).sum();
+    let patch_size = (area / PATCHES).sqrt();
+    let mut mesh = Mesh::new(world);
+    let elements = cut_into_patches(&mut mesh, patch_size);
+    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size);
+    PatchMesh { mesh, elements, patch_size }
+}
+
+impl<'a> Looking<'a> {
+    /// Lets every patch look around, and makes a first estimate of all light.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
+    pub(crate) fn new(
+        world: &'a World,
+        settings: &'a Settings,
+        monitor: &'a Monitor,
+        form_factors: &'a FormFactors<'a>,
+        emitters: &'a Emitters,
+        patches: PatchMesh,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self, Error> {
+        let PatchMesh { mesh, elements, .. } = patches;
+        let patches = Sources::new(world, &mesh, &elements);
+        let polygons = patches.patches.iter().map(|patch| patch.polygon.clone()).collect();
+        let tree = Blockers::new(polygons, world.diagonal);
+        let shown = patches.patches.iter().filter(|patch| patch.receives).map(|patch| patch.polygon.area());
+        let effort = Effort::of(RAYS_SHOWN, shown, FEWEST_SHOWN);
+        let rows = Rows::look_around(&patches, &tree, monitor)?;
+        let mut this = Self {
+            effort,
+            world,
+            settings,
+            monitor,
+            form_factors,
+            emitters,
+            mesh,
+            endless: rows.endless(&patches),
+            rows,
+            direct: Vec::new(),
+            radiosity: vec![DVec3::ZERO; patches.len()],
+            indirect: vec![DVec3::ZERO; patches.len()],
+            patches,
+            tree,
+            iterations: 0,
+            mean_shown: 0.0,
+            solved: false,
+        };
+        // As if all surfaces got the same of what is sent
+        let area: f64 = world.faces.iter().map(|face| face.area).sum();
+        this.mean_shown = this.mean_of(&vec![emitters.power().abs() / area; this.patches.len()]);
+        this.gather_direct(ends)?;
+        this.refuse_endless_light()?;
+        this.solve_system();
+        Ok(this)
+    }
+
+    /// Once the display mesh knows the emitters' light: takes it over and solves again.
+    pub(crate) fn solve(&mut self, display: &Display) {
+        let elements = self.patches.patches.iter().flat_map(|patch| patch.elements.iter().copied());
+        let received = received(&self.mesh, self.world, Some(display), elements);
+        for (index, patch) in self.patches.patches.iter().enumerate() {
+            let mut power = DVec3::ZERO;
+            let mut area = 0.0;
+            for &element in &patch.elements {
+                if let Some(known) = received[element.index()].filter(|known| known.least.is_finite()) {
+                    power += self.mesh.element(element).area * known.mean;
+                    area += self.mesh.element(element).area;
+                }
+            }
+            if area > 0.0 {
+                self.direct[2 * index] = power / area;
+            }
+        }
+        self.solve_system();
+        self.solved = true;
+    }
+
+    /// What emitters bring to the middle of every side: by single rays where much stands in between.
+    fn gather_direct(&mut self, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
+        let sides: Vec<usize> =
+            (0..self.patches.len()).filter(|&side| !self.rows.of(side).is_empty()).collect();
+        let receiver = |side: usize| {
+            let polygon = &self.patches.patches[side / 2].polygon;
+            Receiver { position: polygon.centroid(), normal: normal(polygon, side) }
+        };
+        let receivers: Vec<Receiver> = sides.iter().map(|&side| receiver(side)).collect();
+        let seeds: Vec<u64> = sides.iter().map(|&side| side as u64).collect();
+        let gather = Gather {
+            form_factors: self.form_factors,
+            monitor: self.monitor,
+            sources: Lit::Sources(&self.emitters.tree),
+            // What rays err by at one patch is averaged over all of them by whoever sees them.
+            wanted_error: self.wanted_error() * (receivers.len() as f64).sqrt(),
+            ends,
+        };
+        self.direct = vec![DVec3::ZERO; self.patches.len()];
+        for (side, arrived) in sides.into_iter().zip(gather.at(&receivers, &seeds, &[])?) {
+            self.direct[side] = arrived.irradiance;
+        }
+        Ok(())
+    }
+
+    /// Refuses closed spaces that absorb nothing of the light emitted into them.
+    fn refuse_endless_light(&self) -> Result<(), Error> {
+        let patches = &self.patches.patches;
+        let power = |side: usize| patches[side / 2].polygon.area() * self.direct[side].abs().element_sum();
+        let caught: f64 = (0..self.patches.len()).filter(|&side| self.endless[side]).map(power).sum();
+        if caught <= CAUGHT_IN_GAPS * (0..self.patches.len()).map(power).sum::<f64>() {
+            return Ok(());
+        }
+        let lit = (0..self.patches.len()).filter(|&side| self.endless[side] && power(side) > 0.0);
+        let object = |side: usize| {
+            self.world.faces[self.mesh.element(patches[side / 2].elements[0]).face.index()].object
+        };
+        let mut surfaces: Vec<String> =
+            lit.map(|side| self.world.objects[object(side).index()].name.clone()).collect();
+        surfaces.sort();
+        surfaces.dedup();
+        Err(Error::EndlessLight { surfaces: named(&surfaces) })
+    }
+
+    /// Solves for what all sides reflect.
+    fn solve_system(&mut self) {
+        let patches = &self.patches.patches;
+        let sides = 0..self.patches.len();
+        let areas: Vec<f64> = sides.clone().map(|side| patches[side / 2].polygon.area()).collect();
+        let reflectance: Vec<DVec3> = (sides.clone())
+            .map(|side| if self.endless[side] { DVec3::ZERO } else { patches[side / 2].reflectance })
+            .collect();
+        let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
+            (sides.clone().into_par_iter())
+                .map(|side| {
+                    let row = self.rows.of(side);
+                    let seen = row.iter().filter(|&&seen| seen != NOTHING);
+                    seen.map(|&seen| radiosity[seen as usize]).sum::<DVec3>() / row.len().max(1) as f64
+                })
+                .collect()
+        };
+        let solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
+        self.indirect = arrive(&solution.radiosity);
+        self.radiosity = solution.radiosity;
+        self.iterations = solution.iterations;
+        let irradiance: Vec<DVec3> = self.direct.iter().zip(&self.indirect).map(|(d, i)| *d + *i).collect();
+        self.mean_shown = self.mean_of(&irradiance);
+    }
+
+    /// Mean radiosity that the baked surfaces show, over the channels, W/m².
+    fn mean_of(&self, irradiance: &[DVec3]) -> f64 {
+        let white = self.settings.quantity == Quantity::Irradiance;
+        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+        for (index, patch) in self.patches.patches.iter().enumerate().filter(|(_, patch)| patch.receives) {
+            let reflectance = if white { DVec3::ONE } else { patch.reflectance };
+            sum += patch.polygon.area() * reflectance * irradiance[2 * index];
+            area += patch.polygon.area();
+        }
+        if area > 0.0 { sum.element_sum() / (3.0 * area) } else { 0.0 }
+    }
+
+    /// The error that the user wants, W/m².
+    pub(crate) fn wanted_error(&self) -> f64 {
+        self.settings.tolerance * self.mean_shown
+    }
+
+    /// Share of all light that has not arrived yet.
+    pub(crate) fn remaining(&self) -> f64 {
+        if self.solved || self.mean_shown == 0.0 {
+            return 0.0;
+        }
+        (1.0 - self.mean_of(&self.direct) / self.mean_shown).clamp(0.0, 1.0)
+    }
+
+    /// What surfaces reflect.
+    pub(crate) fn lit(&self) -> Reflected<'_> {
+        let radiosity = self.radiosity.chunks_exact(2).map(|sides| [sides[0], sides[1]]).collect();
+        Reflected::Around(Surroundings { patches: &self.tree, radiosity, effort: &self.effort })
+    }
+
+    /// For the report.
+    pub(crate) fn summary(&self) -> TransportSummary {
+        TransportSummary {
+            mode: "RAYS".to_owned(),
+            elements: self.patches.len(),
+            links: self.rows.seen.iter().filter(|&&seen| seen != NOTHING).count(),
+            iterations: self.iterations,
+            imbalance: None,
+        }
+    }
+}
+
+/// What the rays of each side of a patch meet: rows of the exchange.
+struct Rows {
+    /// Where in `seen` the row of each side begins and ends.
+    ranges: Vec<(u32, u32)>,
+    /// Numbers of sides.
+    seen: Vec<u32>,
+}
+
+impl Rows {
+    /// Sends rays from all that is shown, then from all that these meet, and so on.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    fn look_around(patches: &Sources, tree: &Blockers, monitor: &Monitor) -> Result<Self, Error> {
+        let area = |side: usize| patches.patches[side / 2].polygon.area();
+        let effort = Effort::of(RAYS, (0..patches.len()).map(area), FEWEST);
+        // What is black sends nothing on, whatever it gets.
+        let matters = |side: usize| patches.patches[side / 2].reflectance != DVec3::ZERO;
+        let mut known = vec![false; patches.len()];
+        let mut wave: Vec<u32> = Vec::new();
+        for index in (0..patches.patches.len()).filter(|&index| patches.patches[index].receives) {
+            known[2 * index] = true;
+            wave.push(2 * index as u32);
+        }
+        let mut rows = Self { ranges: vec![(0, 0); patches.len()], seen: Vec::new() };
+        while !wave.is_empty() {
+            monitor.check()?;
+            wave.retain(|&side| matters(side as usize));
+            let met: Vec<Vec<u32>> = wave
+                .par_iter()
+                .map(|&side| look(patches, tree, side as usize, effort.directions(area(side as usize))))
+                .collect();
+            let mut next = Vec::new();
+            for (side, met) in wave.into_iter().zip(met) {
+                let start = rows.seen.len() as u32;
+                for &other in met.iter().filter(|&&other| other != NOTHING) {
+                    if !std::mem::replace(&mut known[other as usize], true) {
+                        next.push(other);
+                    }
+                }
+                rows.seen.extend(met);
+                rows.ranges[side as usize] = (start, rows.seen.len() as u32);
+            }
+            wave = next;
+        }
+        Ok(rows)
+    }
+
+    /// Per side: whether it and all that light from it gets to reflect all of it, and none escapes.
+    fn endless(&self, patches: &Sources) -> Vec<bool> {
+        let mut endless: Vec<bool> = (0..patches.len())
+            .map(|side| {
+                let reflectance = patches.patches[side / 2].reflectance;
+                !self.of(side).is_empty() && reflectance.max_element() >= 1.0 - ABSORBS_NOTHING
+            })
+            .collect();
+        loop {
+            let leaks = |side: &usize| {
+                endless[*side] && self.of(*side).iter().any(|&met| met == NOTHING || !endless[met as usize])
+            };
+            let leaking: Vec<usize> = (0..patches.len()).into_par_iter().filter(leaks).collect();
+            if leaking.is_empty() {
+                return endless;
+            }
+            for side in leaking {
+                endless[side] = false;
+            }
+        }
+    }
+
+    fn of(&self, side: usize) -> &[u32] {
+        let (start, end) = self.ranges[side];
+        &self.seen[start as usize..end as usize]
+    }
+}
+
+/// What the rays of one side meet.
+fn look(patches: &Sources, tree: &Blockers, side: usize, directions: &Directions) -> Vec<u32> {
+    let polygon = &patches.patches[side / 2].polygon;
+    let seed = splitmix(side as u64);
+    let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
+    (directions.about(normal(polygon, side), unit(seed)).enumerate())
+        .map(|(k, direction)| {
+            // Points in an order of their own: neighbouring directions leave from all over the patch.
+            let uv: [f64; 2] = std::array::from_fn(|axis| (shift[axis] + (k + 1) as f64 * R2[axis]).fract());
+            let hit = tree.first_hit(point_on(polygon, uv), direction);
+            hit.map_or(NOTHING, |hit| 2 * hit.polygon + u32::from(!hit.front))
+        })
+        .collect()
+}
+
+/// Of a side of a patch, away from it.
+fn normal(polygon: &ConvexPolygon, side: usize) -> DVec3 {
+    if side.is_multiple_of(2) { polygon.normal() } else { -polygon.normal() }
+}
