@@ -113,13 +113,14 @@ def start(
     triangle_budget: int = 0,
     quantity: str = "RADIOSITY",
     transport: str = "AUTO",
+    layers: str = "TOTAL",
     threads: int = 0,
 ) -> Job:
     """Start a bake in a thread of its own and return at once.
 
     The scene's data moves into the bake: starting a second one from it raises RuntimeError. A setting out of its
     range raises InvalidSettingError and leaves the scene as it was. method is ADM, DM, AS or UNIFORM, quantity
-    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING or HIERARCHICAL.
+    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING or HIERARCHICAL, layers TOTAL or SEPARATE.
     """
 
 @final
@@ -206,3 +207,12 @@ class BakedMesh:
     @property
     def corner_radiance(self) -> NDArray[np.float32]:
         """(T, 3, 3) scene-linear rgb per corner, B/pi or H/pi, never clipped."""
+    @property
+    def corner_direct(self) -> NDArray[np.float32] | None:
+        """(T, 3, 3) the part of it that comes from emitters, the surface's own emission included.
+
+        None unless layers is SEPARATE.
+        """
+    @property
+    def corner_indirect(self) -> NDArray[np.float32] | None:
+        """(T, 3, 3) the part of it that other surfaces reflected before; None unless layers is SEPARATE."""

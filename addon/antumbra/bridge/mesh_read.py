@@ -9,11 +9,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.colours import LIGHT
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from .attribute_types import STRUCTURE, read_attribute
-
-RADIOSITY = "Radiosity"
-"""Name of the colour attribute that a bake writes."""
 
 
 def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
@@ -54,7 +52,7 @@ def read_attributes(mesh: bpy.types.Mesh) -> tuple[list[Attribute], list[str]]:
     for attribute in mesh.attributes:
         # Names with a dot are Blender's own and hidden: selection, visibility, pins. Seams were one of them before 4.4.
         hidden = attribute.is_internal or attribute.name.startswith(".")
-        if attribute.name in STRUCTURE or attribute.name == RADIOSITY or (hidden and attribute.name != ".uv_seam"):
+        if attribute.name in STRUCTURE or attribute.name in LIGHT or (hidden and attribute.name != ".uv_seam"):
             continue
         copy = read_attribute(attribute, sizes[attribute.domain])
         if copy is None:

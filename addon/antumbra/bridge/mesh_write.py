@@ -13,13 +13,13 @@ from ..core.carry import (
     carry_attribute,
     carry_edge_attribute,
     carry_normals,
-    radiance_rgba,
     source_edge_of_corner,
 )
+from ..core.colours import RADIOSITY, light_attributes
 from ..core.lights import Floats
 from ..core.record import Attribute, FloatArray, IntArray, Surface
+from ..core.settings import Settings
 from .attribute_types import write_attribute
-from .mesh_read import RADIOSITY
 
 
 def write_mesh(
@@ -27,6 +27,7 @@ def write_mesh(
     surface: Surface,
     baked: BakedMesh,
     materials: list[bpy.types.Material | None],
+    settings: Settings,
     world_from_object: Floats | None = None,
 ) -> bpy.types.Mesh:
     """A new mesh with the baked faces, their light and all that the source mesh carried.
@@ -54,7 +55,8 @@ def write_mesh(
     _activate_uv_maps(mesh, surface)
 
     # Light
-    write_attribute(mesh, Attribute(RADIOSITY, "CORNER", "FLOAT_COLOR", radiance_rgba(baked), blends=True))
+    for layer in light_attributes(baked, settings):
+        write_attribute(mesh, layer)
     mesh.color_attributes.active_color_name = RADIOSITY
     mesh.color_attributes.render_color_index = mesh.color_attributes.find(RADIOSITY)
 

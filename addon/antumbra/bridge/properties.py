@@ -74,6 +74,9 @@ class AntumbraSettings(PropertyGroup):
     receivers: _enum("receivers")
     output: _enum("output")
     quantity: _enum("quantity")
+    layers: _enum("layers")
+    data_type: _enum("data_type")
+    domain: _enum("domain")
 
 
 class AntumbraModifier(PropertyGroup):

@@ -58,6 +58,7 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             triangle_budget=settings.triangle_budget,
             quantity=settings.quantity,
             transport=settings.transport,
+            layers=settings.layers,
         )
     )
     return _Job(job)

@@ -38,6 +38,10 @@ class BakedMesh(Protocol):
     def source_edge(self) -> NDArray[np.int8]: ...
     @property
     def corner_radiance(self) -> FloatArray: ...
+    @property
+    def corner_direct(self) -> FloatArray | None: ...
+    @property
+    def corner_indirect(self) -> FloatArray | None: ...
 
 
 def carry_attribute(attribute: Attribute, surface: Surface, baked: BakedMesh) -> Attribute:
@@ -97,13 +101,6 @@ def carry_normals(surface: Surface, baked: BakedMesh) -> FloatArray | None:
     normals = _blend(surface.corner_normals, sources, baked.corner_barycentric.reshape(-1, 3))
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.maximum(lengths, np.finfo(np.float64).tiny), dtype=np.float32)
-
-
-def radiance_rgba(baked: BakedMesh) -> FloatArray:
-    """(3T, 4) the colours of the corners, opaque."""
-    rgba = np.ones((len(baked.triangles) * 3, 4), dtype=np.float32)
-    rgba[:, :3] = baked.corner_radiance.reshape(-1, 3)
-    return rgba
 
 
 def _mix(attribute: Attribute, sources: IntArray, barycentric: Floats) -> NDArray[Any]:

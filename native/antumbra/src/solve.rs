@@ -100,7 +100,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let (display, indirect_scale, unshot) = solver.solve()?;
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
-    let meshes = weld(input, &world, &display, &display.irradiance(indirect_scale), settings.quantity);
+    let meshes = weld(input, &world, &display, &display.layers(indirect_scale), settings);
     monitor.check()?;
     let result = ResultSummary {
         triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),

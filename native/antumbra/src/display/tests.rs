@@ -96,7 +96,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<Lit> {
     let world = World::new(input).expect("the scene is valid");
     let shift = input.objects[0].positions[0] - world.vertices[0];
     let display = display(&world, size, wanted);
-    let irradiance = display.irradiance(DVec3::ONE);
+    let [irradiance, _] = display.layers(DVec3::ONE);
     let samples = display.samples();
     let mut found = Vec::new();
     for (face, corners) in display.triangles() {
