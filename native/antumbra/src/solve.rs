@@ -138,7 +138,7 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
         Quantity::Radiosity => DVec3::from_array(reflectance_rgb),
         Quantity::Irradiance => DVec3::ONE,
     };
-    world.materials.iter().map(|material| shown(material.reflectance_rgb)).collect()
+    world.shown_materials.iter().map(|material| shown(material.reflectance_rgb)).collect()
 }
 
 /// One solution on its way.

@@ -117,7 +117,7 @@ impl<'a> Welder<'a> {
             let source_triangle = self.world.faces[face.index()].source_triangle;
             flat.extend(next_triangle..source_triangle);
             next_triangle = source_triangle + 1;
-            let material = self.world.material(*face);
+            let material = self.world.shown_material(*face);
             let arriving = corners.each_ref().map(|corner| self.arriving_at(corner));
             for (corner, &arriving) in corners.iter().zip(&arriving) {
                 at_vertex.entry(corner.vertex).or_insert(arriving);
@@ -136,7 +136,8 @@ impl<'a> Welder<'a> {
     fn push_flat(&mut self, triangle: u32, at_vertex: &FxHashMap<VertexId, Arriving>) {
         let first = self.world.objects[self.object].first_vertex;
         let vertices = self.source.triangles[triangle as usize].map(|v| VertexId::new((first + v) as usize));
-        let material = &self.world.materials[self.source.triangle_materials[triangle as usize] as usize];
+        let material =
+            &self.world.shown_materials[self.source.triangle_materials[triangle as usize] as usize];
         let arriving = vertices.map(|v| at_vertex.get(&v).copied().unwrap_or_default());
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
         let corners = std::array::from_fn(|k| (vertices[k], units[k]));

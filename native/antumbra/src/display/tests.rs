@@ -30,6 +30,8 @@ fn object(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> ObjectInput {
         triangles,
         corner_normals: None,
         receives: true,
+        blocks: true,
+        sends: true,
     }
 }
 
@@ -54,6 +56,7 @@ fn scene(objects: Vec<ObjectInput>, lamp: Option<[DVec2; 2]>) -> SceneInput {
         name: String::new(),
         reflectance_rgb: [0.0; 3],
         exitance_rgb: [exitance; 3],
+        blocks: true,
     };
     let lights = lamp.map(|bounds| AreaLightInput {
         name: String::new(),

@@ -32,6 +32,8 @@ pub(crate) struct Surface {
     pub(crate) reflectance: DVec3,
     /// Whether its light is shown.
     pub(crate) receives: bool,
+    /// Whether what arrives ends here; otherwise it is counted where it goes on to.
+    pub(crate) blocks: bool,
     pub(crate) node: NodeId,
 }
 
@@ -120,6 +122,7 @@ impl Hierarchy {
                     side,
                     reflectance: patch.reflectance,
                     receives: patch.receives && front,
+                    blocks: faces.iter().all(|&face| world.material(face).blocks),
                     node: NodeId::new(0),
                 });
             }

@@ -106,15 +106,21 @@ impl Sources {
     }
 }
 
-/// The polygons that block light: every face, paired where two are one quadrilateral.
+/// The polygons that block light: every face that does, paired where two are one quadrilateral.
 pub(crate) fn blocking_polygons(world: &World) -> Vec<ConvexPolygon> {
     whole_faces(world).into_iter().map(|merged| merged.polygon).collect()
 }
 
-/// Every face, paired where two are one quadrilateral; halves are indices of faces.
+/// Every face that blocks, paired where two are one quadrilateral; halves are indices of faces.
 pub(crate) fn whole_faces(world: &World) -> Vec<Merged> {
-    let halves: Vec<Half> = world.faces.iter().map(|face| front_half(world, face)).collect();
-    merge(&halves)
+    let blocks = |face: &FaceId| world.material(*face).blocks;
+    let faces: Vec<FaceId> = FaceId::range(0..world.faces.len()).filter(blocks).collect();
+    let halves: Vec<Half> = faces.iter().map(|face| front_half(world, &world.faces[face.index()])).collect();
+    let mut merged = merge(&halves);
+    for half in merged.iter_mut().flat_map(|merged| &mut merged.halves) {
+        *half = faces[*half].index();
+    }
+    merged
 }
 
 fn exitance(world: &World, face: &Face) -> DVec3 {
