@@ -37,6 +37,8 @@ def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
         has_custom_normals=mesh.has_custom_normals,
         active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active else "",
         active_render_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
+        active_render_colour=_name_at(mesh.color_attributes, mesh.color_attributes.render_color_index),
+        texture_space=(tuple(mesh.texspace_location[:]), tuple(mesh.texspace_size[:])),
     )
 
 
@@ -70,6 +72,10 @@ def _triangle_edges(triangle_corners: IntArray, corner_edges: IntArray, face_sta
     following[face_ends - 1] = face_starts
     on_edge = following[triangle_corners] == np.roll(triangle_corners, -1, axis=1)
     return np.asarray(np.where(on_edge, corner_edges[triangle_corners], -1), dtype=np.int32)
+
+
+def _name_at(layers: Any, index: int) -> str:
+    return layers[index].name if 0 <= index < len(layers) else ""
 
 
 def _ints(collection: Any, prop: str, size: int) -> IntArray:

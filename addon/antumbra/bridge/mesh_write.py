@@ -44,7 +44,7 @@ def write_mesh(
         positions = positions @ world_from_object[:3, :3].T + world_from_object[:3, 3]
         if normals is not None:
             normals = _transformed_normals(normals, world_from_object)
-    _write_faces(mesh, positions, baked.triangles)
+    write_faces(mesh, positions, baked.triangles)
 
     # Attributes by domain; those on edges need the edges' new numbers
     attributes = surface.attributes or []
@@ -52,7 +52,7 @@ def write_mesh(
         if attribute.domain != "EDGE":
             write_attribute(mesh, carry_attribute(attribute, surface, baked))
     _write_edge_attributes(mesh, [a for a in attributes if a.domain == "EDGE"], surface, baked)
-    _activate_uv_maps(mesh, surface)
+    activate_uv_maps(mesh, surface)
 
     # Light
     for layer in light_attributes(baked, settings):
@@ -61,12 +61,12 @@ def write_mesh(
     mesh.color_attributes.render_color_index = mesh.color_attributes.find(RADIOSITY)
 
     if normals is not None:
-        _write_normals(mesh, normals)
+        write_normals(mesh, normals)
     mesh.update()
     return mesh
 
 
-def _write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) -> None:
+def write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) -> None:
     corner_count = len(triangles) * 3
     mesh.vertices.add(len(positions))
     mesh.loops.add(corner_count)
@@ -96,14 +96,14 @@ def _write_edge_attributes(
         write_attribute(mesh, carry_edge_attribute(attribute, source_edge, baked_edge, len(mesh.edges)))
 
 
-def _activate_uv_maps(mesh: bpy.types.Mesh, surface: Surface) -> None:
+def activate_uv_maps(mesh: bpy.types.Mesh, surface: Surface) -> None:
     if surface.active_uv:
         mesh.uv_layers.active = mesh.uv_layers[surface.active_uv]
     if surface.active_render_uv:
         mesh.uv_layers[surface.active_render_uv].active_render = True
 
 
-def _write_normals(mesh: bpy.types.Mesh, normals: FloatArray) -> None:
+def write_normals(mesh: bpy.types.Mesh, normals: FloatArray) -> None:
     # From 4.5 on, normals can be stored as they are; before, Blender turns them into its corners' own frames.
     if bpy.app.version >= (4, 5, 0):
         write_attribute(mesh, Attribute("custom_normal", "CORNER", "FLOAT_VECTOR", normals, blends=True))

@@ -74,6 +74,7 @@ class AntumbraSettings(PropertyGroup):
     receivers: _enum("receivers")
     output: _enum("output")
     quantity: _enum("quantity")
+    metals: _enum("metals")
     layers: _enum("layers")
     data_type: _enum("data_type")
     domain: _enum("domain")

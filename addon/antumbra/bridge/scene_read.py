@@ -21,6 +21,7 @@ from .lights import read_light, read_world
 from .materials import MaterialReader
 from .mesh_read import read_attributes, read_surface
 from .originals import originals_shown
+from .passes import read_passes
 from .properties import state_of
 from .surroundings import scene_of, view_layer_of
 
@@ -32,8 +33,9 @@ def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     if selected is not None and not selected:
         raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
     with originals_shown(scene_of(context)):
-        reader = _SceneReader(selected)
+        reader = _SceneReader(selected, settings)
         with_render_depsgraph(context, reader.visit)
+        read_passes(reader.scene, reader.materials, settings.quantity)
     if selected is not None and not any(record.receives for record in reader.scene.objects):
         raise InputError("no selected object is a mesh with faces that is visible in renders")
     return reader.scene
@@ -59,10 +61,10 @@ def selected_uids(context: bpy.types.Context) -> set[int]:
 class _SceneReader:
     """Visits one depsgraph."""
 
-    def __init__(self, selected: set[int] | None) -> None:
+    def __init__(self, selected: set[int] | None, settings: Settings) -> None:
         self.scene = SceneRecord()
         self._selected = selected
-        self._materials = MaterialReader(self.scene)
+        self.materials = MaterialReader(self.scene, settings.metals == "MATTE")
         # Instances of one mesh share its arrays; Blender keeps the meshes alive during the visit.
         self._surfaces: dict[int, Surface | None] = {}
         self._without_area: list[str] = []
@@ -92,13 +94,16 @@ class _SceneReader:
         name = obj.original.name
         owner: Any = instance.parent.original if instance.is_instance and instance.parent else obj.original
         receives = self._selected is None or owner.session_uid in self._selected
-        surface = self._surface(obj, name, receives)
+        surface = self._surface(obj.data)
         if surface is None:
             return
         if not _has_area(surface, world_from_object):
             self._without_area.append(name)
             return
         slots = _slot_materials(obj)
+        slot_materials = tuple(self.materials.index(material) for material in slots or [None])
+        if receives or any(self.materials.wants_passes(m, bool(surface.active_uv)) for m in slot_materials):
+            self._read_attributes(surface, obj.data, name)
         self.scene.objects.append(
             ObjectRecord(
                 name=name,
@@ -106,23 +111,23 @@ class _SceneReader:
                 is_instance=instance.is_instance,
                 surface=surface,
                 world_from_object=world_from_object,
-                slot_materials=tuple(self._materials.index(material) for material in slots or [None]),
+                slot_materials=slot_materials,
                 slot_uids=tuple(None if material is None else material.original.session_uid for material in slots),
                 receives=receives,
             )
         )
 
-    def _surface(self, obj: Any, name: str, receives: bool) -> Surface | None:
-        mesh = obj.data
+    def _surface(self, mesh: Any) -> Surface | None:
         key = mesh.as_pointer()
         if key not in self._surfaces:
             self._surfaces[key] = read_surface(mesh)
-        surface = self._surfaces[key]
-        if surface is not None and receives and surface.attributes is None:
+        return self._surfaces[key]
+
+    def _read_attributes(self, surface: Surface, mesh: Any, name: str) -> None:
+        if surface.attributes is None:
             surface.attributes, lost = read_attributes(mesh)
             if lost:
                 self.scene.warnings.append(f"object “{name}”: attributes of unknown types are lost: {name_list(lost)}")
-        return surface
 
 
 def _slot_materials(obj: Any) -> list[Any]:

@@ -148,6 +148,15 @@ SPECS: Mapping[str, Spec] = {
             Choice("IRRADIANCE", "Light Only", "What a white surface would send out: for use over textures"),
         ),
     ),
+    "metals": Spec(
+        "Metals",
+        "What becomes of metals, which reflect no diffuse light",
+        "MATTE",
+        choices=(
+            Choice("MATTE", "Matte", "A metal reflects its base colour like paint"),
+            Choice("BLACK", "Black", "A metal reflects no diffuse light, as in the diffuse pass of Cycles"),
+        ),
+    ),
     "layers": Spec(
         "Layers",
         "Which colour attributes are written",
@@ -207,6 +216,7 @@ class Settings:
     receivers: str = "SELECTED"
     output: str = "NEW"
     quantity: str = "RADIOSITY"
+    metals: str = "MATTE"
     layers: str = "TOTAL"
     data_type: str = "FLOAT_COLOR"
     domain: str = "CORNER"

@@ -43,6 +43,7 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         column.prop(settings, "receivers")
         column.prop(settings, "output")
         column.prop(settings, "quantity")
+        column.prop(settings, "metals")
         column.separator()
         column.prop(settings, "method")
         column.prop(settings, "tolerance")
