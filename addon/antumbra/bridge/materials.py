@@ -107,7 +107,11 @@ class MaterialReader:
             return _Shading(_viewport_colour(material))
         output = tree.get_output_node("CYCLES")
         shader = linked_node(output.inputs["Surface"]) if output is not None else None
+        if shader is None and output is not None and linked_node(output.inputs["Volume"]) is not None:
+            self._scene.warnings.append(f"material “{material.name}”: its volume is left out")
+            return _Shading(through=_WHITE)
         if shader is None:
+            self._scene.warnings.append(f"material “{material.name}” has no shader and is black")
             return _Shading()
         return self._read_shader(material, shader, index)
 

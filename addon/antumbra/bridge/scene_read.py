@@ -21,6 +21,7 @@ from .lights import read_light, read_world
 from .materials import MaterialReader
 from .mesh_read import read_attributes, read_surface
 from .originals import originals_shown
+from .parts import LEFT_OUT, has_hair, read_part
 from .passes import read_passes
 from .properties import state_of
 from .surroundings import scene_of, view_layer_of
@@ -33,7 +34,7 @@ def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     if selected is not None and not selected:
         raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
     with originals_shown(scene_of(context)):
-        reader = _SceneReader(selected, settings)
+        reader = _SceneReader(selected, settings, view_layer_of(context))
         with_render_depsgraph(context, reader.visit)
         read_passes(reader.scene, reader.materials, settings.quantity)
     if selected is not None and not any(record.receives for record in reader.scene.objects):
@@ -61,13 +62,15 @@ def selected_uids(context: bpy.types.Context) -> set[int]:
 class _SceneReader:
     """Visits one depsgraph."""
 
-    def __init__(self, selected: set[int] | None, settings: Settings) -> None:
+    def __init__(self, selected: set[int] | None, settings: Settings, view_layer: bpy.types.ViewLayer) -> None:
         self.scene = SceneRecord()
         self._selected = selected
+        self._view_layer = view_layer
         self.materials = MaterialReader(self.scene, settings.metals == "MATTE")
         # Instances of one mesh share its arrays; Blender keeps the meshes alive during the visit.
         self._surfaces: dict[int, Surface | None] = {}
         self._without_area: list[str] = []
+        self._left_out: dict[str, list[str]] = {}
 
     def visit(self, depsgraph: bpy.types.Depsgraph, probe_uid: int) -> None:
         each: Any = depsgraph.object_instances
@@ -82,8 +85,12 @@ class _SceneReader:
             # Texts and curves come once more as meshes.
             elif instance.object.type == "MESH" and state_of(original).role != "BAKED":
                 self._read_object(instance, world_from_object)
+            elif instance.object.type in LEFT_OUT:
+                self._leave_out(LEFT_OUT[instance.object.type], original.name)
         evaluated: Any = depsgraph.scene_eval
         read_world(evaluated.world, self.scene)
+        for kind, names in self._left_out.items():
+            self.scene.warnings.append(f"{kind} cannot be baked and neither block nor reflect: {name_list(names)}")
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"
@@ -93,7 +100,12 @@ class _SceneReader:
         obj: Any = instance.object
         name = obj.original.name
         owner: Any = instance.parent.original if instance.is_instance and instance.parent else obj.original
-        receives = self._selected is None or owner.session_uid in self._selected
+        part = read_part(obj.original, owner, self._view_layer)
+        if part is None:
+            return
+        receives = part.receives and (self._selected is None or owner.session_uid in self._selected)
+        if has_hair(obj):
+            self._leave_out("hair", name)
         surface = self._surface(obj.data)
         if surface is None:
             return
@@ -114,8 +126,15 @@ class _SceneReader:
                 slot_materials=slot_materials,
                 slot_uids=tuple(None if material is None else material.original.session_uid for material in slots),
                 receives=receives,
+                blocks=part.blocks,
+                sends=part.sends,
             )
         )
+
+    def _leave_out(self, kind: str, name: str) -> None:
+        names = self._left_out.setdefault(kind, [])
+        if name not in names:
+            names.append(name)
 
     def _surface(self, mesh: Any) -> Surface | None:
         key = mesh.as_pointer()
