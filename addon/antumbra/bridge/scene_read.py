@@ -69,8 +69,9 @@ class _SceneReader:
         self.materials = MaterialReader(self.scene, settings.metals == "MATTE")
         # Instances of one mesh share its arrays; Blender keeps the meshes alive during the visit.
         self._surfaces: dict[int, Surface | None] = {}
+        self._has_area_of_its_own: dict[int, bool] = {}
         self._without_area: list[str] = []
-        self._left_out: dict[str, list[str]] = {}
+        self._left_out: dict[str, dict[str, None]] = {}
 
     def visit(self, depsgraph: bpy.types.Depsgraph, probe_uid: int) -> None:
         each: Any = depsgraph.object_instances
@@ -90,7 +91,9 @@ class _SceneReader:
         evaluated: Any = depsgraph.scene_eval
         read_world(evaluated.world, self.scene)
         for kind, names in self._left_out.items():
-            self.scene.warnings.append(f"{kind} cannot be baked and neither block nor reflect: {name_list(names)}")
+            self.scene.warnings.append(
+                f"{kind} cannot be baked and neither block nor reflect: {name_list(list(names))}"
+            )
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"
@@ -109,7 +112,7 @@ class _SceneReader:
         surface = self._surface(obj.data)
         if surface is None:
             return
-        if not _has_area(surface, world_from_object):
+        if not self._has_area(surface, world_from_object):
             self._without_area.append(name)
             return
         slots = _slot_materials(obj)
@@ -131,10 +134,18 @@ class _SceneReader:
             )
         )
 
+    def _has_area(self, surface: Surface, world_from_object: Floats) -> bool:
+        """Whether any face has an area in the world; what is not finite is left for the solver to name."""
+        key = id(surface)
+        if key not in self._has_area_of_its_own:
+            self._has_area_of_its_own[key] = _has_area(surface, np.eye(4))
+        # No matrix that can be turned back takes an area away, and instances by the thousands need not be looked at.
+        if self._has_area_of_its_own[key] and abs(np.linalg.det(world_from_object[:3, :3])) > 0.0:
+            return True
+        return _has_area(surface, world_from_object)
+
     def _leave_out(self, kind: str, name: str) -> None:
-        names = self._left_out.setdefault(kind, [])
-        if name not in names:
-            names.append(name)
+        self._left_out.setdefault(kind, {})[name] = None
 
     def _surface(self, mesh: Any) -> Surface | None:
         key = mesh.as_pointer()
