@@ -224,6 +224,29 @@ def test_instances_share_a_look_and_places_tell_them_apart():
     assert found == pytest.approx([0.2, 0.4, 0.8], abs=0.51 * STEP)
 
 
+def test_meshes_that_are_looked_at_together_keep_their_own_colours():
+    """Ramps over the box and over the space of objects of different sizes, places, slots and UV maps."""
+    expected = {}
+    for index, (output, size) in enumerate([("Generated", 1.0), ("Generated", 3.0), ("Object", 1.0), ("Object", 1.5)]):
+        name = f"{output} {size}"
+        obj, made = add_grid(name, cells=2, size=size), add_material(name)
+        obj.location = (5 * index, 0, 0)
+        ramp = with_node(made, "ShaderNodeTexGradient")
+        coordinates = made.node_tree.nodes.new("ShaderNodeTexCoord")
+        link(made, coordinates, output, ramp, "Vector")
+        obj.data.materials.append(add_material(f"Plain {index}", Color=(0, 0, index / 4, 1)))
+        obj.data.materials.append(made)
+        obj.data.polygons.foreach_set("material_index", [0, 1, 1, 1])
+        if index % 2:
+            add_uv_map(obj)
+        # The ramp is 0 left of the middle of an object, x right of it.
+        right = {"Generated": 0.75, "Object": size / 4}[output]
+        left = {"Generated": 0.25, "Object": 0.0}[output]
+        expected[name] = [(0, 0, index / 4), (right,) * 3, (left,) * 3, (right,) * 3]
+    for name, colours in expected.items():
+        assert of_faces("reflectance_rgb", name) == pytest.approx(np.array(colours), abs=0.51 * STEP), name
+
+
 def test_varying_faces_are_named_once_and_only_where_their_mean_is_shown():
     plane, made = add_plane(), add_material("Noise")
     with_node(made, "ShaderNodeTexNoise")

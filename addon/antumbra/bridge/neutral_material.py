@@ -21,8 +21,15 @@ METALS = frozenset({"BSDF_GLOSSY", "BSDF_ANISOTROPIC", "BSDF_METALLIC"})
 GLASS = frozenset({"BSDF_GLASS", "BSDF_REFRACTION"})
 """Shaders that let light through."""
 
-# What says where a surface is, or which object it is on; everything else gives instances of a mesh the same colours.
-_PLACED = frozenset({"NEW_GEOMETRY", "OBJECT_INFO", "CAMERA", "VECT_TRANSFORM", "PARTICLE_INFO", "LIGHT_PATH"})
+# Nodes that say where a surface is, which object it is on, or what is around it.
+_PLACED = frozenset(
+    "NEW_GEOMETRY OBJECT_INFO CAMERA VECT_TRANSFORM PARTICLE_INFO HAIR_INFO POINT_INFO LIGHT_PATH TANGENT BEVEL "
+    "AMBIENT_OCCLUSION WIREFRAME TEX_POINTDENSITY UVALONGSTROKE SCRIPT".split()
+)
+
+GENERATED, OBJECT, PLACED = "GENERATED", "OBJECT", "PLACED"
+"""What colours may depend on besides UV maps and attributes: the place within the object's box, the place in its own space,
+and anything else about it."""
 
 
 class NeutralMaterials:
@@ -109,18 +116,31 @@ def may_emit(material: Any) -> bool:
     return False
 
 
-def depends_on_object(material: Any) -> bool:
-    """Whether two instances of one mesh may have different colours."""
+def coordinates_of(material: Any) -> set[str]:
+    """Which of GENERATED, OBJECT and PLACED a material's colours may depend on."""
+    return {kind for tree in trees_of(material) for node in tree.nodes for kind in _coordinates_of_node(node)}
 
-    def depends(node: Any) -> bool:
-        if node.type == "TEX_COORD":
-            outputs = ("Camera", "Window", "Reflection", *(("Object",) if node.object is not None else ()))
-            return any(node.outputs[name].is_linked for name in outputs)
-        if node.type == "ATTRIBUTE":
-            return str(node.attribute_type) != "GEOMETRY"
-        return node.type in _PLACED
 
-    return any(depends(node) for tree in trees_of(material) for node in tree.nodes)
+def _coordinates_of_node(node: Any) -> set[str]:
+    if node.type == "TEX_COORD":
+        in_space = OBJECT if node.object is None else PLACED
+        kinds = {"Generated": GENERATED, "Normal": OBJECT, "UV": None, "Object": in_space}
+        used = [output.name for output in node.outputs if output.is_linked]
+        return {kind for name in used if (kind := kinds.get(name, PLACED)) is not None}
+    if node.type == "ATTRIBUTE":
+        return set() if str(node.attribute_type) == "GEOMETRY" else {PLACED}
+    if node.type == "TEX_IMAGE":
+        return set() if node.projection == "FLAT" else {OBJECT}
+    if node.type in _PLACED:
+        return {PLACED}
+    vector = node.inputs.get("Vector") if node.type.startswith("TEX_") else None
+    # What a texture is not told it takes from the object's box.
+    return {GENERATED} if vector is not None and not vector.is_linked else set()
+
+
+def attributes_of(material: Any) -> set[str]:
+    """Names of attributes that a material asks for."""
+    return {node.attribute_name for tree in trees_of(material) for node in tree.nodes if node.type == "ATTRIBUTE"}
 
 
 def _replace(tree: Any, node: Any, shader: str) -> None:

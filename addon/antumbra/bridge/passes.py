@@ -11,48 +11,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix
-from numpy.typing import NDArray
 
-from ..core.carry import carry_attribute, carry_normals
 from ..core.face_samples import Samples, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
 from ..core.lights import Floats
-from ..core.record import IntArray, Material, SceneRecord, Surface, name_list
-from .attribute_types import write_attribute
+from ..core.record import IntArray, Material, SceneRecord, name_list
 from .materials import MOST_BLOCKED, MaterialReader, warn_of_light_through
-from .mesh_write import activate_uv_maps, write_faces, write_normals
-from .neutral_material import NeutralMaterials, depends_on_object, may_emit
+from .neutral_material import PLACED, NeutralMaterials, coordinates_of
+from .studio import Colours, Sitter, Studio, slots_of_faces
 
-_ENGINE = "CYCLES"
-_TARGET = "Antumbra Pass"
+# Samples over all surfaces of a scene, besides the three of every triangle: about a second of Cycles.
+_SAMPLES = 300_000
 
-# Samples over all surfaces of a scene, besides the three of every triangle: about two seconds of Cycles.
-_SAMPLES = 600_000
-
-# Objects that Cycles sees at a time. It is told all of them anew for each, so more at a time take time in square, and
+# Benches that Cycles sees at a time. It is told all of them anew for each, so more at a time take time in square, and
 # fewer take more of what each scene costs.
 _BATCH = 64
 
 # A face varies when its colours deviate by more than this from their mean: what a picture over it makes visible.
 _VARIES = 0.02
-
-
-@dataclass(slots=True)
-class _Sitter:
-    """A surface with its materials that is looked at once, for one record or for many instances."""
-
-    surface: Surface
-    world_from_object: Floats
-    slot_uids: tuple[int | None, ...]
-    slot_materials: tuple[int, ...]
-    wanted: NDArray[np.bool_]
-    """Per slot: whether its faces are looked at."""
-    records: list[int] = field(default_factory=list)
 
 
 def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> None:
@@ -68,8 +48,8 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
     varying: list[str] = []
     through: dict[int, list[float]] = {}
     try:
-        for sitter, samples, colour, emitted in _passes(sitters, materials, neutral):
-            face_materials = _face_materials(scene, sitter, samples, colour, emitted, varying, through)
+        for sitter, samples, colours in _passes(sitters, neutral):
+            face_materials = _face_materials(scene, sitter, samples, colours, varying, through)
             for index in sitter.records:
                 scene.objects[index] = replace(scene.objects[index], face_materials=face_materials)
     except RuntimeError as error:
@@ -87,80 +67,78 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
         )
 
 
-def _sitters(scene: SceneRecord, reader: MaterialReader, materials: dict[int, Any]) -> list[_Sitter]:
+def _sitters(scene: SceneRecord, reader: MaterialReader, materials: dict[int, Any]) -> list[Sitter]:
     """What has to be looked at; instances of one mesh once, unless their place or object shows in their colours."""
-    by_key: dict[tuple[object, ...], _Sitter] = {}
-    placed: dict[int, bool] = {}
+    by_key: dict[tuple[object, ...], Sitter] = {}
+    coordinates: dict[int | None, set[str]] = {None: set()}
     for index, record in enumerate(scene.objects):
         surface = record.surface
         wanted = np.array([reader.wants_passes(slot, bool(surface.active_uv)) for slot in record.slot_materials])
-        used = np.unique(_slots(surface, record.slot_materials))
+        if not wanted.any():
+            continue
+        used = np.unique(slots_of_faces(surface, len(record.slot_materials)))
         uids = [record.slot_uids[slot] for slot in used if wanted[slot]]
         if not uids:
             continue
         for uid in uids:
-            if uid is not None and uid not in placed:
-                placed[uid] = depends_on_object(materials[uid])
-        own = index if any(placed[uid] for uid in uids if uid is not None) else -1
-        key = (id(surface), record.slot_uids, own)
+            if uid not in coordinates:
+                coordinates[uid] = coordinates_of(materials[uid])
+        depends_on = set().union(*(coordinates[uid] for uid in uids))
+        key = (id(surface), record.slot_uids, index if PLACED in depends_on else -1)
         if key not in by_key:
-            by_key[key] = _Sitter(surface, record.world_from_object, record.slot_uids, record.slot_materials, wanted)
+            own = [
+                materials[uid] if looked_at and uid is not None else None
+                for uid, looked_at in zip(record.slot_uids, wanted, strict=False)
+            ]
+            by_key[key] = Sitter(
+                surface, record.world_from_object, own, record.slot_materials, wanted, depends_on, len(by_key)
+            )
         by_key[key].records.append(index)
     return list(by_key.values())
 
 
-def _do_without(sitters: list[_Sitter], reader: MaterialReader) -> None:
+def _do_without(sitters: list[Sitter], reader: MaterialReader) -> None:
     for sitter in sitters:
         for slot in np.flatnonzero(sitter.wanted):
             reader.do_without_passes(sitter.slot_materials[slot])
 
 
-def _slots(surface: Surface, slot_materials: tuple[int, ...]) -> IntArray:
-    """(F,) slot of each face."""
-    return np.asarray(np.clip(surface.face_materials, 0, len(slot_materials) - 1), dtype=np.int32)
-
-
-def _passes(
-    sitters: list[_Sitter], materials: dict[int, Any], neutral: NeutralMaterials
-) -> Iterator[tuple[_Sitter, Samples, NDArray[np.float32], NDArray[np.float32]]]:
-    """Each sitter's samples with their diffuse colour and opacity (N, 4), and their emission (N, 3)."""
+def _passes(sitters: list[Sitter], neutral: NeutralMaterials) -> Iterator[tuple[Sitter, Samples, Colours]]:
+    """Each sitter's samples, and what the passes show there."""
     areas = [_sampled_area(sitter) for sitter in sitters]
     scale = [_area_scale(sitter.world_from_object) for sitter in sitters]
-    whole = sum(float(area.sum()) * factor for area, factor in zip(areas, scale, strict=True))
+    whole = sum(float(np.maximum(area, 0.0).sum()) * factor for area, factor in zip(areas, scale, strict=True))
     density = _SAMPLES / whole if whole > 0.0 else 0.0
-    for first in range(0, len(sitters), _BATCH):
-        batch = range(first, min(first + _BATCH, len(sitters)))
-        with _Studio() as studio:
-            seated = []
-            for index in batch:
-                sitter, area = sitters[index], areas[index]
-                levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * scale[index]), 0)
-                samples = place_samples(sitter.surface, levels)
-                own = [None if uid is None else materials.get(uid) for uid in sitter.slot_uids]
-                seated.append((sitter, samples, own, studio.seat(sitter, samples)))
-            # Diffuse colour, without gloss
-            for sitter, _, own, obj in seated:
-                for slot in np.flatnonzero(sitter.wanted):
-                    obj.data.materials[slot] = neutral.of(own[slot])
-            studio.bake([obj for *_, obj in seated], "DIFFUSE", {"COLOR"})
-            colours = [studio.colours(obj) for *_, obj in seated]
-            # Emission, of the materials as they are
-            glowing = []
-            for sitter, _, own, obj in seated:
-                for slot in np.flatnonzero(sitter.wanted):
-                    obj.data.materials[slot] = own[slot]
-                if any(may_emit(own[slot]) for slot in np.flatnonzero(sitter.wanted)):
-                    glowing.append(obj)
-            if glowing:
-                studio.bake(glowing, "EMIT", set())
-            for (sitter, samples, _, obj), colour in zip(seated, colours, strict=True):
-                emitted = studio.colours(obj)[:, :3] if obj in glowing else np.zeros_like(colour[:, :3])
-                yield sitter, samples, colour, emitted
+    benches = _benches(sitters)
+    for first in range(0, len(benches), _BATCH):
+        with Studio(neutral) as studio:
+            for members in benches[first : first + _BATCH]:
+                seated = []
+                for index in members:
+                    area = areas[index]
+                    levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * scale[index]), 0)
+                    seated.append((sitters[index], place_samples(sitters[index].surface, levels)))
+                studio.seat(seated)
+            yield from studio.look()
 
 
-def _sampled_area(sitter: _Sitter) -> Floats:
+def _benches(sitters: list[Sitter]) -> list[list[int]]:
+    """Sitters that can be looked at as one."""
+    open_benches: dict[object, list[int]] = {}
+    benches = []
+    for index, sitter in enumerate(sitters):
+        key = sitter.bench
+        members = open_benches.get(key)
+        if members is None or len(members) == sitter.neighbours:
+            members = open_benches[key] = []
+            benches.append(members)
+        members.append(index)
+    return benches
+
+
+def _sampled_area(sitter: Sitter) -> Floats:
     """(T,) object-space areas, less than none for triangles that nobody looks at."""
-    slots = _slots(sitter.surface, sitter.slot_materials)[sitter.surface.triangle_faces]
+    slots = sitter.slots()[sitter.surface.triangle_faces]
     return np.where(sitter.wanted[slots], triangle_areas(sitter.surface), -0.5)
 
 
@@ -169,100 +147,21 @@ def _area_scale(world_from_object: Floats) -> float:
     return float(abs(np.linalg.det(world_from_object[:3, :3])) ** (2.0 / 3.0))
 
 
-class _Studio:
-    """A scene with nothing in it but what is looked at; gone with all of it at the end of the block."""
-
-    _scene: Any
-
-    def __enter__(self) -> _Studio:
-        self._scene = bpy.data.scenes.new(_TARGET)
-        self._objects: list[Any] = []
-        # One sample on the processor: a colour has no noise, and a card would take longer to get ready.
-        scene = self._scene
-        scene.render.engine = _ENGINE
-        scene.cycles.samples = 1
-        scene.cycles.device = "CPU"
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        meshes = [obj.data for obj in self._objects]
-        bpy.data.scenes.remove(self._scene)
-        bpy.data.batch_remove(self._objects)
-        bpy.data.batch_remove(meshes)
-
-    def seat(self, sitter: _Sitter, samples: Samples) -> Any:
-        """An object of the samples' triangles that looks as the sitter does."""
-        surface = sitter.surface
-        mesh: Any = bpy.data.meshes.new(_TARGET)
-        obj: Any = bpy.data.objects.new(_TARGET, mesh)
-        self._objects.append(obj)
-        for _uid in sitter.slot_uids:
-            mesh.materials.append(None)
-        write_faces(mesh, samples.positions, samples.triangles)
-        for attribute in surface.attributes or []:
-            if attribute.domain != "EDGE" and attribute.data_type != "STRING":
-                write_attribute(mesh, carry_attribute(attribute, surface, samples))
-        activate_uv_maps(mesh, surface)
-        mesh.color_attributes.new(_TARGET, "FLOAT_COLOR", "CORNER")
-        mesh.color_attributes.active_color_name = _TARGET
-        if surface.active_render_colour in mesh.color_attributes:
-            mesh.color_attributes.render_color_index = mesh.color_attributes.find(surface.active_render_colour)
-        mesh.use_auto_texspace = False
-        mesh.texspace_location, mesh.texspace_size = surface.texture_space
-        normals = carry_normals(surface, samples)
-        if normals is not None:
-            write_normals(mesh, normals)
-        mesh.update()
-        obj.matrix_world = Matrix(sitter.world_from_object.tolist())
-        self._scene.collection.objects.link(obj)
-        return obj
-
-    def bake(self, objects: list[Any], kind: str, parts: set[str]) -> None:
-        """Let Cycles write one pass into the objects' colours."""
-        override: dict[str, Any] = {
-            "scene": self._scene,
-            "view_layer": self._scene.view_layers[0],
-            "active_object": objects[0],
-            "object": objects[0],
-            "selected_objects": objects,
-            "selected_editable_objects": objects,
-        }
-        with bpy.context.temp_override(**override):
-            bpy.ops.object.bake(
-                type=kind,  # type: ignore[arg-type]
-                pass_filter=parts,  # type: ignore[arg-type]
-                target="VERTEX_COLORS",
-                use_selected_to_active=False,
-                use_clear=False,
-                use_cage=False,
-                save_mode="INTERNAL",
-            )
-
-    @staticmethod
-    def colours(obj: Any) -> NDArray[np.float32]:
-        """(N, 4) what the last pass wrote."""
-        data = obj.data.attributes[_TARGET].data
-        values = np.empty(len(data) * 4, dtype=np.float32)
-        data.foreach_get("color", values)
-        return values.reshape(-1, 4)
-
-
 def _face_materials(
     scene: SceneRecord,
-    sitter: _Sitter,
+    sitter: Sitter,
     samples: Samples,
-    colour: NDArray[np.float32],
-    emitted: NDArray[np.float32],
+    colours: Colours,
     varying: list[str],
     through: dict[int, list[float]],
 ) -> IntArray:
     """(F,) material of each face, new ones added to the scene."""
     surface = sitter.surface
-    slots = _slots(surface, sitter.slot_materials)
+    slots = sitter.slots()
     shown = any(scene.objects[index].receives for index in sitter.records)
     by_slot = np.asarray(sitter.slot_materials, dtype=np.int32)
     face_materials = by_slot[slots]
-    found = means_of_faces(surface, samples, np.concatenate([colour, emitted], axis=1))
+    found = means_of_faces(surface, samples, colours)
     faces = np.flatnonzero(sitter.wanted[slots] & np.isfinite(found.mean[:, 0]))
     if len(faces) == 0:
         return face_materials
