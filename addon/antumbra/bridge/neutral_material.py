@@ -28,7 +28,7 @@ _PLACED = frozenset(
 )
 
 GENERATED, OBJECT, PLACED = "GENERATED", "OBJECT", "PLACED"
-"""What colours may depend on besides UV maps and attributes: the place within the object's box, the place in its own space,
+"""What colours may depend on besides UV maps and attributes: the place in the object's box, the place in its own space,
 and anything else about it."""
 
 

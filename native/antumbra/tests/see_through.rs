@@ -108,3 +108,23 @@ fn what_does_not_send_blocks_but_neither_reflects_nor_glows() {
     assert!((wall(false) / open - 1.0).abs() < 1e-6, "{} instead of {open}", wall(false));
     assert!(wall(true) > 1.05 * open);
 }
+
+/// Errors count by what is shown, not by what is sent: a floor that sends nothing is refined for a shadow as any other.
+#[test]
+fn what_only_receives_is_refined_for_its_light() {
+    for settings in [adaptive(), by_shooting()] {
+        let triangles = |part: bool| {
+            let mut scene = Scene::default();
+            let [grey, black] = [0.8, 0.0].map(|rho| scene.material(rho, 0.0));
+            let floor = scene.object("floor", Shape::square(DVec3::ZERO, 2.0), grey);
+            floor.blocks = part;
+            floor.sends = part;
+            scene.blocker("card", Shape::square(DVec3::Z, 0.5), black);
+            scene.light(&lamp(DVec3::new(0.0, 0.0, 3.0), 0.5), 10.0);
+            scene.bake(&settings).report.result.triangles
+        };
+        let (usual, only_receiving) = (triangles(true), triangles(false));
+        assert!(usual > 200, "{usual}");
+        assert!(only_receiving > usual * 9 / 10, "{only_receiving} triangles instead of {usual}");
+    }
+}
