@@ -297,6 +297,24 @@ def test_a_linked_collection(library):
     assert not library.objects["Linked"].hide_render
 
 
+def test_a_linked_material_that_only_cycles_can_read(tmp_path):
+    made = add_material("Linked")
+    ramp = made.node_tree.nodes.new("ShaderNodeMapRange")
+    ramp.inputs["Value"].default_value = 0.25
+    made.node_tree.links.new(ramp.outputs[0], made.node_tree.nodes["Diffuse BSDF"].inputs["Color"])
+    path = tmp_path / "library.blend"
+    bpy.data.libraries.write(str(path), {made})
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(path), link=True) as (_, wanted):
+        wanted.materials = ["Linked"]
+    add_plane().data.materials.append(wanted.materials[0])
+    before = fingerprint()
+    scene = read_scene()
+    assert fingerprint() == before
+    (material,) = {scene.materials[index] for index in scene.objects[0].triangle_materials()}
+    assert material.reflectance_rgb == (0.25, 0.25, 0.25)
+
+
 def test_an_instance_of_a_linked_collection(library):
     add_instance("Placed", library, (2, 0, 0))
     bake_below_a_lamp()

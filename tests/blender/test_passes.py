@@ -16,7 +16,10 @@ from scenes import (
     add_plane,
     bake,
     baked_of,
+    corner_vertices,
     radiance,
+    radiance_at,
+    select,
 )
 
 STEP = 1 / 1024
@@ -282,3 +285,61 @@ def test_a_material_of_an_unused_slot_is_not_looked_at():
     plane.data.materials.append(made)
     assert (of_faces("reflectance_rgb") == np.float32(0.25)).all()
     assert read_scene().warnings == []
+
+
+def light_by_cycles(obj, samples):
+    """(V, 3) irradiance over pi at the vertices, by Cycles' own bake into a colour attribute."""
+    scene, mesh = bpy.context.scene, obj.data
+    scene.render.engine, cycles = "CYCLES", scene.cycles
+    cycles.device, cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = "CPU", samples, False, False
+    cycles.max_bounces = cycles.diffuse_bounces = 32
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+    mesh.color_attributes.new("Cycles", "FLOAT_COLOR", "CORNER")
+    mesh.color_attributes.active_color_name = "Cycles"
+    with bpy.context.temp_override(active_object=obj, object=obj, selected_objects=[obj]):
+        bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT", "INDIRECT"}, target="VERTEX_COLORS", use_clear=False)
+    values = np.empty(len(mesh.loops) * 4, dtype=np.float32)
+    mesh.attributes["Cycles"].data.foreach_get("color", values)
+    total, count = np.zeros((len(mesh.vertices), 3)), np.zeros((len(mesh.vertices), 1))
+    np.add.at(total, corner_vertices(mesh), values.reshape(-1, 4)[:, :3])
+    np.add.at(count, corner_vertices(mesh), 1.0)
+    return total / count
+
+
+def test_a_room_of_textures_has_the_light_that_cycles_finds_there():
+    """Walls by a fine checker, a ceiling by a colour attribute, a wall that glows by a ramp, a lamp behind a screen."""
+    floor = add_grid("Floor", cells=4, size=2.0)
+    floor.data.materials.append(add_material("Plain", Color=(0.5, 0.5, 0.5, 1)))
+    made = add_material("Checker")
+    checker = with_node(made, "ShaderNodeTexChecker")
+    checker.inputs["Scale"].default_value = 40.0
+    checker.inputs["Color1"].default_value, checker.inputs["Color2"].default_value = (1, 0.6, 0.2, 1), (0.4, 0.2, 0, 1)
+    for name, x, y, angle in (("Left", -2, 0, (0, 1.5708, 0)), ("Back", 0, 2, (1.5708, 0, 0))):
+        wall = add_plane(name, size=4.0)
+        wall.location, wall.rotation_euler = (x, y, 1.9), angle
+        wall.data.materials.append(made)
+    ceiling, painted = add_grid("Ceiling", cells=2, size=4.0), add_material("Painted")
+    ceiling.location = (0, 0, 3)
+    with_node(painted, "ShaderNodeVertexColor").layer_name = "Paint"
+    paint = ceiling.data.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
+    greys = np.repeat([0.1, 0.9, 0.3, 0.7], 4)
+    paint.data.foreach_set("color", np.stack([greys] * 4, axis=1).astype(np.float32).reshape(-1))
+    ceiling.data.materials.append(painted)
+    glow, glowing = add_grid("Glow", cells=8, size=4.0), add_material("Glow", "EMISSION", Strength=3.0)
+    glow.location, glow.rotation_euler = (2, 0, 1.9), (0, 1.5708, 0)
+    gradient = with_node(glowing, "ShaderNodeTexGradient")
+    link(glowing, glowing.node_tree.nodes.new("ShaderNodeTexCoord"), "Generated", gradient, "Vector")
+    glow.data.materials.append(glowing)
+    screen = add_plane("Screen", size=0.7)
+    screen.location = (0.3, 0.2, 1.0)
+    screen.data.materials.append(add_material("Dark", Color=(0.2, 0.2, 0.2, 1)))
+    add_area_light(location=(0, 0, 2.5), size=0.5, energy=60.0)
+
+    expected = light_by_cycles(floor, 4096)
+    select(floor)
+    bake(receivers="SELECTED", quantity="IRRADIANCE", tolerance=0.005)
+    baked = baked_of("Floor")
+    found = np.array([radiance_at(baked, vertex.co).mean(axis=0) for vertex in floor.data.vertices])
+    assert (expected.max(axis=0) > 1.2 * expected.min(axis=0)).all()
+    assert (found / expected).mean(axis=0) == pytest.approx(np.ones(3), abs=0.01)
+    assert np.sqrt(((found - expected) ** 2).mean()) < 0.02 * expected.mean()
