@@ -172,6 +172,7 @@ def test_metals_in_a_group(metals, expected, shader):
     in_a_group(made, shader, **metallic)
     plane.data.materials.append(made)
     assert of_faces("reflectance_rgb", metals=metals) == pytest.approx(np.full((1, 3), expected), abs=0.51 * STEP)
+    assert sum("“Brass”: its metal" in text for text in read_scene(metals=metals).warnings) == 1
 
 
 @pytest.mark.parametrize("glass", [{"Alpha": 0.25}, {"Transmission_Weight": 0.75}])
@@ -189,6 +190,19 @@ def test_what_lets_light_through_does_so_in_a_group_too(glass, hidden):
     assert material.reflectance_rgb == pytest.approx((0.2,) * 3, abs=0.51 * STEP)
     assert not material.blocks
     assert any("“Pane” lets 75% of the light through" in text for text in scene.warnings)
+
+
+def test_what_nodes_and_passes_both_tell_is_said_once():
+    """An image is read by passes, the alpha beside it by nodes too; a missing image that nothing uses is no loss."""
+    plane, made = add_plane(), add_material("Veil", PRINCIPLED, Alpha=0.25)
+    add_uv_map(plane)
+    with_node(made, "ShaderNodeTexImage", "Base Color").image = bpy.data.images.new("Black", 4, 4)
+    lost = bpy.data.images.new("gone", 1, 1)
+    lost.source, lost.filepath = "FILE", "//gone.png"
+    made.node_tree.nodes.new("ShaderNodeTexImage").image = lost
+    plane.data.materials.append(made)
+    (warning,) = read_scene().warnings
+    assert "“Veil” lets 75% of the light through" in warning
 
 
 def test_reading_leaves_the_file_as_it_was():

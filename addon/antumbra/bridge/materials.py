@@ -140,7 +140,7 @@ class MaterialReader:
         if kind in GLASS:
             return _Shading(through=self._colour(node.inputs["Color"], index))
         if kind in METALS:
-            self._warn_of_metal(material)
+            self.warn_of_metal(material)
             colour = node.inputs.get("Color") or node.inputs["Base Color"]
             return _Shading(reflectance=self._colour(colour, index) if self.metals_are_matte else _BLACK)
         raise _UnreadableError(f"its node “{node.name}” cannot be read")
@@ -153,7 +153,7 @@ class MaterialReader:
             min(max(self._float(node.inputs[name]), 0.0), 1.0) for name in ("Metallic", "Transmission Weight", "Alpha")
         )
         if metallic > 0.0:
-            self._warn_of_metal(material)
+            self.warn_of_metal(material)
             if self.metals_are_matte:
                 metallic = 0.0
         through_glass = (1.0 - metallic) * glass
@@ -168,7 +168,8 @@ class MaterialReader:
         shader = linked_node(socket)
         return _Shading() if shader is None else self._read_shader(material, shader, index)
 
-    def _warn_of_metal(self, material: bpy.types.Material) -> None:
+    def warn_of_metal(self, material: bpy.types.Material) -> None:
+        """Say once what becomes of a material's metal."""
         how = "is baked as a matte surface" if self.metals_are_matte else "reflects no diffuse light"
         warning = f"material “{material.name}”: its metal {how}"
         if warning not in self._scene.warnings:
@@ -202,17 +203,21 @@ class MaterialReader:
 
 
 def warn_of_light_through(scene: SceneRecord, name: str, through: float) -> None:
-    """Say what becomes of a material that lets this share of the light through."""
-    if through > _NOTHING:
+    """Say once what becomes of a material that lets this share of the light through."""
+    sentence = f"material “{name}” lets "
+    if through > _NOTHING and not any(warning.startswith(sentence) for warning in scene.warnings):
         how = "stops all of it" if through <= MOST_BLOCKED else "stops none of it, and reflects none to others"
-        scene.warnings.append(f"material “{name}” lets {through:.0%} of the light through: in the bake it {how}")
+        scene.warnings.append(f"{sentence}{through:.0%} of the light through: in the bake it {how}")
 
 
 def _missing_image(material: bpy.types.Material) -> str | None:
-    """The name of an image that the material wants and that is not there."""
+    """The name of an image that the material uses and that is not there."""
     for tree in trees_of(material):
         for node in tree.nodes:
-            if node.type == "TEX_IMAGE" and node.image is not None and len(node.image.original.pixels) == 0:
+            if node.type != "TEX_IMAGE" or node.image is None or not any(o.is_linked for o in node.outputs):
+                continue
+            # Tiles, sequences and films keep their pixels elsewhere, where Cycles finds them.
+            if node.image.source in ("FILE", "GENERATED") and len(node.image.original.pixels) == 0:
                 return str(node.image.name)
     return None
 

@@ -116,6 +116,18 @@ def may_emit(material: Any) -> bool:
     return False
 
 
+def has_metal(material: Any) -> bool:
+    """Whether any node may reflect like a metal."""
+
+    def is_metal(node: Any) -> bool:
+        if node.type == "BSDF_PRINCIPLED":
+            metallic = node.inputs["Metallic"]
+            return bool(metallic.is_linked or metallic.default_value > 0.0)
+        return node.type in METALS
+
+    return any(is_metal(node) for tree in trees_of(material) for node in tree.nodes)
+
+
 def coordinates_of(material: Any) -> set[str]:
     """Which of GENERATED, OBJECT and PLACED a material's colours may depend on."""
     return {kind for tree in trees_of(material) for node in tree.nodes for kind in _coordinates_of_node(node)}

@@ -21,7 +21,7 @@ from ..core.face_samples import Samples, means_of_faces, place_samples, rounded,
 from ..core.lights import Floats
 from ..core.record import IntArray, Material, SceneRecord, name_list
 from .materials import MOST_BLOCKED, MaterialReader, warn_of_light_through
-from .neutral_material import PLACED, NeutralMaterials, coordinates_of
+from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_metal
 from .studio import Colours, Sitter, Studio, slots_of_faces
 
 # Samples over all surfaces of a scene, besides the three of every triangle: about a second of Cycles.
@@ -58,8 +58,11 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
         _do_without(sitters, reader)
     finally:
         neutral.remove()
-    for material, shares in through.items():
-        warn_of_light_through(scene, scene.materials[material].name, float(np.mean(shares)))
+    for material in {m.session_uid: m for sitter in sitters for m in sitter.materials if m is not None}.values():
+        if has_metal(material):
+            reader.warn_of_metal(material)
+    for index, shares in through.items():
+        warn_of_light_through(scene, scene.materials[index].name, float(np.mean(shares)))
     if varying and quantity == "RADIOSITY":
         scene.warnings.append(
             f"colours vary within faces, which show their mean: {name_list(sorted(set(varying)))}; set the quantity to "
