@@ -36,9 +36,9 @@ def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     with originals_shown(scene_of(context)):
         reader = _SceneReader(selected, settings, view_layer_of(context))
         with_render_depsgraph(context, reader.visit)
-        read_passes(reader.scene, reader.materials, settings.quantity)
     if selected is not None and not any(record.receives for record in reader.scene.objects):
         raise InputError("no selected object is a mesh with faces that is visible in renders")
+    read_passes(reader.scene, reader.materials, settings.quantity)
     return reader.scene
 
 
@@ -90,13 +90,13 @@ class _SceneReader:
                 self._leave_out(LEFT_OUT[instance.object.type], original.name)
         evaluated: Any = depsgraph.scene_eval
         read_world(evaluated.world, self.scene)
-        for kind, names in self._left_out.items():
-            self.scene.warnings.append(
-                f"{kind} cannot be baked and neither block nor reflect: {name_list(list(names))}"
-            )
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"
+            )
+        for kind, names in self._left_out.items():
+            self.scene.warnings.append(
+                f"{kind} cannot be baked and neither block nor reflect: {name_list(list(names))}"
             )
 
     def _read_object(self, instance: Any, world_from_object: Floats) -> None:

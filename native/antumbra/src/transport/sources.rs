@@ -202,7 +202,7 @@ mod tests {
         let input = SceneInput {
             materials: vec![material(0.2), material(0.6)],
             objects: vec![object],
-            lights: vec![],
+            ..SceneInput::default()
         };
         World::new(&input).expect("a square is valid")
     }
