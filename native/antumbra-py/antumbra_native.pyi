@@ -76,8 +76,13 @@ class Scene:
     """
 
     def __new__(cls) -> Scene: ...
-    def add_material(self, name: str, reflectance: Sequence[float], exitance: Sequence[float]) -> int:
-        """Add a diffuse material, its exitance on both sides, and return its index."""
+    def add_material(
+        self, name: str, reflectance: Sequence[float], exitance: Sequence[float], *, blocks: bool = True
+    ) -> int:
+        """Add a diffuse material, its exitance on both sides, and return its index.
+
+        What does not block is lit, shown and emits, but all light goes on behind it, and it reflects none to others.
+        """
 
     def add_object(
         self,
@@ -88,11 +93,15 @@ class Scene:
         world_from_object: _Floats,
         corner_normals: _Floats | None,
         receives: bool,
+        *,
+        blocks: bool = True,
+        sends: bool = True,
     ) -> int:
         """Add a triangle mesh in its own space and return its index.
 
         positions (V, 3), triangles (T, 3), materials (T,), world_from_object (4, 4) with rows as numpy and Blender
-        have them, corner_normals (T, 3, 3) in object space, or None to shade every triangle flat.
+        have them, corner_normals (T, 3, 3) in object space, or None to shade every triangle flat. Objects that do not
+        block let light through whatever their materials; those that do not send reflect and emit nothing to others.
         """
 
     def add_area_light(self, name: str, outline: _Floats, exitance: Sequence[float]) -> None:
@@ -113,13 +122,14 @@ def start(
     triangle_budget: int = 0,
     quantity: str = "RADIOSITY",
     transport: str = "AUTO",
+    layers: str = "TOTAL",
     threads: int = 0,
 ) -> Job:
     """Start a bake in a thread of its own and return at once.
 
     The scene's data moves into the bake: starting a second one from it raises RuntimeError. A setting out of its
     range raises InvalidSettingError and leaves the scene as it was. method is ADM, DM, AS or UNIFORM, quantity
-    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING, HIERARCHICAL or RAYS.
+    RADIOSITY or IRRADIANCE, transport AUTO, SHOOTING, HIERARCHICAL or RAYS, layers TOTAL or SEPARATE.
     """
 
 @final
@@ -206,3 +216,12 @@ class BakedMesh:
     @property
     def corner_radiance(self) -> NDArray[np.float32]:
         """(T, 3, 3) scene-linear rgb per corner, B/pi or H/pi, never clipped."""
+    @property
+    def corner_direct(self) -> NDArray[np.float32] | None:
+        """(T, 3, 3) the part of it that comes from emitters, the surface's own emission included.
+
+        None unless layers is SEPARATE.
+        """
+    @property
+    def corner_indirect(self) -> NDArray[np.float32] | None:
+        """(T, 3, 3) the part of it that other surfaces reflected before; None unless layers is SEPARATE."""

@@ -22,7 +22,8 @@ def fingerprint():
 
 
 def _object(obj):
-    state = obj.antumbra
+    # Looking at them makes properties in Blender before 5.0, so they come first.
+    state, part = obj.antumbra, obj.antumbra_part.kind
     return {
         "data": obj.data.name if obj.data else None,
         "hidden": (obj.hide_viewport, obj.hide_render, obj.hide_get(), obj.hide_select),
@@ -32,6 +33,7 @@ def _object(obj):
         "modifiers": [(m.name, m.type, m.show_viewport, m.show_render) for m in obj.modifiers],
         "materials": [(slot.link, slot.material.name if slot.material else None) for slot in obj.material_slots],
         "properties": sorted(obj.keys()),
+        "part": part,
         "antumbra": (state.role, _name(state.source), _name(state.original_mesh), len(state.modifiers)),
     }
 

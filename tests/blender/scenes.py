@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Small scenes, and what can be measured on a mesh."""
 
+from collections import Counter
+
 import bpy
 import numpy as np
 from mathutils import Matrix
@@ -161,3 +163,32 @@ def sheared(x_by_z):
     matrix = Matrix.Identity(4)
     matrix[0][2] = x_by_z
     return matrix
+
+
+def sources():
+    """How many objects were baked, by the names of their sources."""
+    return Counter(obj["antumbra_source"] for obj in baked_objects())
+
+
+def bake_below_a_lamp(**settings):
+    add_area_light(location=(0, 0, 6), size=2.0, energy=500.0)
+    bake(**settings)
+
+
+def assert_lit_from_above(obj):
+    """What faces up has light, and all of it is finite."""
+    mesh, light = obj.data, radiance(obj.data)
+    assert len(mesh.polygons) > 0
+    assert np.isfinite(light).all()
+    normals = np.empty(len(mesh.polygons) * 3, dtype=np.float32)
+    mesh.polygons.foreach_get("normal", normals)
+    turned = normals.reshape(-1, 3) @ np.linalg.inv(np.array(obj.matrix_world)[:3, :3])
+    up = np.repeat(turned[:, 2] > 0.5 * np.linalg.norm(turned, axis=1), 3)
+    assert up.any()
+    assert light[up].max() > 0.0
+
+
+def middle_of(obj):
+    """Of its bounding box."""
+    points = world_positions(obj)
+    return 0.5 * (points.min(axis=0) + points.max(axis=0))

@@ -119,13 +119,53 @@ def test_a_missing_image_falls_back_by_name(tmp_path):
     assert any("“Lost”" in text and "viewport colour" in text for text in warnings)
 
 
-def test_other_nodes_fall_back_by_name():
+def test_without_cycles_other_nodes_fall_back_by_name():
     made = add_material("Marble")
     made.diffuse_color = (0.3, 0.2, 0.1, 1)
     link_into(made, "ShaderNodeTexNoise", shader_of(made).inputs["Color"])
-    material, warnings = read_material(made)
+    bpy.ops.preferences.addon_disable(module="cycles")
+    try:
+        material, warnings = read_material(made)
+    finally:
+        bpy.ops.preferences.addon_enable(module="cycles")
     assert material.reflectance_rgb == pytest.approx((0.3, 0.2, 0.1))
     assert any("“Marble”" in text and "viewport colour" in text for text in warnings)
+
+
+def test_metals_may_be_black():
+    made = add_material("Steel", PRINCIPLED, Metallic=0.75, Base_Color=(0.8, 0.4, 0.2, 1))
+    made_of_gloss = add_material("Gloss", "ShaderNodeBsdfGlossy", Color=(0.5, 0.5, 0.5, 1))
+    for name, material in (("a", made), ("b", made_of_gloss)):
+        add_plane(name).data.materials.append(material)
+    expected = {"MATTE": ((0.8, 0.4, 0.2), (0.5, 0.5, 0.5)), "BLACK": ((0.2, 0.1, 0.05), (0, 0, 0))}
+    for metals, colours in expected.items():
+        scene = read_scene(metals=metals)
+        for record, colour in zip(scene.objects, colours, strict=True):
+            assert scene.materials[record.slot_materials[0]].reflectance_rgb == pytest.approx(colour)
+        assert sum("metal" in text for text in scene.warnings) == 2
+
+
+@pytest.mark.parametrize(
+    ("inputs", "reflectance", "through"),
+    [
+        ({"Alpha": 0.25}, 0.2, 0.75),
+        ({"Alpha": 0.75}, 0.6, 0.25),
+        ({"Transmission_Weight": 1.0}, 0.0, 1.0),
+        ({"Transmission_Weight": 0.5, "Alpha": 0.5}, 0.2, 0.75),
+    ],
+)
+def test_what_lets_most_light_through_does_not_block(inputs, reflectance, through):
+    material, warnings = read_material(add_material("Pane", PRINCIPLED, **inputs))
+    assert material.reflectance_rgb == pytest.approx((reflectance,) * 3)
+    assert material.blocks == (through <= 0.5)
+    assert any(f"“Pane” lets {through:.0%}" in text for text in warnings)
+
+
+@pytest.mark.parametrize("shader", ["ShaderNodeBsdfTransparent", "ShaderNodeBsdfGlass", "ShaderNodeHoldout"])
+def test_glass_and_holdouts_do_not_block(shader):
+    material, warnings = read_material(add_material("Pane", shader))
+    assert (material.reflectance_rgb, material.blocks) == ((0, 0, 0), False)
+    assert any("“Pane”" in text for text in warnings)
 
 
 def test_a_colour_through_a_reroute():

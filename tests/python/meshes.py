@@ -54,6 +54,8 @@ class Refined:
     corner_barycentric: np.ndarray
     source_edge: np.ndarray
     corner_radiance: np.ndarray
+    corner_direct: np.ndarray | None = None
+    corner_indirect: np.ndarray | None = None
 
 
 def split_in_four(surface):

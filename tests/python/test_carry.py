@@ -7,7 +7,6 @@ from antumbra.core.carry import (
     carry_attribute,
     carry_edge_attribute,
     carry_normals,
-    radiance_rgba,
     source_edge_of_corner,
 )
 from antumbra.core.record import Attribute
@@ -99,11 +98,3 @@ def test_refined_smooth_surfaces_keep_their_shading(baked):
     # In the middle of the edge from 0 to 1 the lean in x cancels.
     middle = baked.triangles.reshape(-1) == np.flatnonzero((baked.positions == (0.5, 0, 0)).all(axis=1))[0]
     assert normals[middle] == pytest.approx(np.tile(np.float32([0, -1, 2]) / np.sqrt(5), (middle.sum(), 1)), abs=1e-6)
-
-
-def test_colours_are_opaque_and_unclipped(baked):
-    baked.corner_radiance[:] = 7.5
-    rgba = radiance_rgba(baked)
-    assert rgba.shape == (24, 4)
-    assert (rgba[:, :3] == 7.5).all()
-    assert (rgba[:, 3] == 1.0).all()

@@ -77,3 +77,17 @@ def test_report_is_json(bake: antumbra_native.Bake) -> None:
 
 def test_version() -> None:
     assert antumbra_native.__version__.count(".") == 2
+
+
+def test_layers_come_when_asked_for() -> None:
+    whole = antumbra_native.start(lit_floor(), tolerance=0.1).result().meshes[0]
+    assert (whole.corner_direct, whole.corner_indirect) == (None, None)
+    mesh = antumbra_native.start(lit_floor(), tolerance=0.1, layers="SEPARATE").result().meshes[0]
+    assert mesh.corner_direct is not None
+    assert mesh.corner_indirect is not None
+    assert mesh.corner_direct.dtype == mesh.corner_indirect.dtype == np.float32
+    np.testing.assert_array_equal(mesh.corner_radiance, mesh.corner_direct)
+    # A lone floor is lit by its lamp only.
+    assert (mesh.corner_indirect == 0.0).all()
+    with pytest.raises(antumbra_native.InvalidSettingError, match="one of TOTAL, SEPARATE"):
+        antumbra_native.start(lit_floor(), layers="ALL")

@@ -27,6 +27,10 @@ def test_defaults_are_those_of_the_contract():
         "receivers": "SELECTED",
         "output": "NEW",
         "quantity": "RADIOSITY",
+        "metals": "MATTE",
+        "layers": "TOTAL",
+        "data_type": "FLOAT_COLOR",
+        "domain": "CORNER",
     }
     Settings().validate()
 

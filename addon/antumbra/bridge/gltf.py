@@ -15,8 +15,8 @@ import addon_utils
 import bpy
 import numpy as np
 
+from ..core.colours import RADIOSITY
 from ..core.errors import InputError
-from .mesh_read import RADIOSITY
 from .properties import state_of
 
 SCALE_PROPERTY = "antumbra_scale"
@@ -88,8 +88,9 @@ def _unlit_material() -> bpy.types.Material:
 
 
 def _colours(mesh: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
-    colours = np.empty(len(mesh.loops) * 4, dtype=np.float32)
-    mesh.attributes[RADIOSITY].data.foreach_get("color", colours)
+    data = mesh.attributes[RADIOSITY].data
+    colours = np.empty(len(data) * 4, dtype=np.float32)
+    data.foreach_get("color", colours)
     return colours.reshape(-1, 4)
 
 

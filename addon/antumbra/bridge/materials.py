@@ -1,121 +1,197 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to a matte reflectance and an exitance.
+"""Materials to a matte reflectance, an exitance, and whether they block.
 
-Read exactly: Principled (base colour, emission), Diffuse, Emission, and Mix and Add of these, with constant inputs.
-Read as one colour: an image on a colour input, by its mean. Everything else falls back to the material's viewport
-colour, with a warning that names it. Blender multiplies an emission into every channel, on both sides of a face.
+Read exactly: Principled, Diffuse, Emission, Transparent, Glass and Glossy, and Mix and Add of these, with constant
+inputs. Read as one colour where nothing better can be had: an image on a colour input, by its mean. For everything else
+a reader of passes can look at the faces themselves; without it the material's viewport colour is taken, with a warning
+that names the material. Blender multiplies an emission into every channel, on both sides of a face.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ..core.record import Material, SceneRecord
+from .neutral_material import GLASS, METALS, trees_of
 
 Rgb = tuple[float, float, float]
 
 # What Blender's own default material reflects.
 _DEFAULT_GREY: Rgb = (0.8, 0.8, 0.8)
 _BLACK: Rgb = (0.0, 0.0, 0.0)
+_WHITE: Rgb = (1.0, 1.0, 1.0)
+
+# What lets more than this share of the light through blocks none of it; visibility knows no half blockers.
+MOST_BLOCKED = 0.5
+
+# Light that gets through and is not worth a word: rounding of a pass of 32-bit floats.
+_NOTHING = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class _Shading:
+    """What a shader does with light."""
+
+    reflectance: Rgb = _BLACK
+    radiance: Rgb = _BLACK
+    through: Rgb = _BLACK
+
+    def scaled(self, factor: float) -> _Shading:
+        return _Shading(*(_scaled(part, factor) for part in (self.reflectance, self.radiance, self.through)))
+
+    def __add__(self, other: _Shading) -> _Shading:
+        return _Shading(
+            _added(self.reflectance, other.reflectance),
+            _added(self.radiance, other.radiance),
+            _added(self.through, other.through),
+        )
 
 
 class MaterialReader:
     """Reads each material and each image of one bake once."""
 
-    def __init__(self, scene: SceneRecord) -> None:
+    def __init__(self, scene: SceneRecord, metals_are_matte: bool = True) -> None:
         self._scene = scene
+        self.metals_are_matte = metals_are_matte
         self._index_by_uid: dict[int | None, int] = {}
         self._mean_by_image_uid: dict[int, Rgb | None] = {}
+        self._unread: dict[int, str] = {}
+        self._textured: set[int] = set()
 
     def index(self, material: Any) -> int:
         """Index into SceneRecord.materials; None is Blender's default grey."""
         uid = None if material is None else material.original.session_uid
         if uid not in self._index_by_uid:
-            self._index_by_uid[uid] = len(self._scene.materials)
-            self._scene.materials.append(self._read(material))
+            index = self._index_by_uid[uid] = len(self._scene.materials)
+            self._scene.materials.append(self._read(material, index))
         return self._index_by_uid[uid]
 
-    def _read(self, material: bpy.types.Material | None) -> Material:
+    def wants_passes(self, index: int, has_uv_map: bool) -> bool:
+        """Whether looking at the faces tells more of a material than its nodes did."""
+        return index in self._unread or (has_uv_map and index in self._textured)
+
+    def do_without_passes(self, index: int) -> None:
+        """Name a material whose viewport colour has to do."""
+        reason = self._unread.pop(index, None)
+        if reason is not None:
+            self._warn_of_viewport_colour(self._scene.materials[index].name, reason)
+
+    def _read(self, material: bpy.types.Material | None, index: int) -> Material:
         if material is None:
             return Material("no material", _DEFAULT_GREY, _BLACK)
         try:
-            reflectance, radiance = self._read_nodes(material)
+            shading = self._read_nodes(material, index)
         except _UnreadableError as error:
-            self._scene.warnings.append(f"material “{material.name}”: {error}; its viewport colour is used")
-            reflectance, radiance = _viewport_colour(material), _BLACK
-        red, green, blue = (math.pi * value for value in radiance)
-        return Material(material.name, reflectance, (red, green, blue))
+            missing = _missing_image(material)
+            if missing is None:
+                self._unread[index] = str(error)
+            else:
+                self._warn_of_viewport_colour(material.name, f"its image “{missing}” has no pixels")
+            shading = _Shading(_viewport_colour(material))
+        red, green, blue = (math.pi * value for value in shading.radiance)
+        through = sum(shading.through) / 3.0
+        warn_of_light_through(self._scene, material.name, through)
+        return Material(material.name, shading.reflectance, (red, green, blue), through <= MOST_BLOCKED)
 
-    def _read_nodes(self, material: bpy.types.Material) -> tuple[Rgb, Rgb]:
+    def _warn_of_viewport_colour(self, name: str, reason: str) -> None:
+        self._scene.warnings.append(f"material “{name}”: {reason}; its viewport colour is used")
+
+    def _read_nodes(self, material: bpy.types.Material, index: int) -> _Shading:
         tree = material.node_tree
         if tree is None or not uses_nodes(material):
-            return _viewport_colour(material), _BLACK
+            return _Shading(_viewport_colour(material))
         output = tree.get_output_node("CYCLES")
         shader = linked_node(output.inputs["Surface"]) if output is not None else None
+        if shader is None and output is not None and linked_node(output.inputs["Volume"]) is not None:
+            self._scene.warnings.append(f"material “{material.name}”: its volume is left out")
+            return _Shading(through=_WHITE)
         if shader is None:
-            return _BLACK, _BLACK
-        return self._read_shader(material, shader)
+            self._scene.warnings.append(f"material “{material.name}” has no shader and is black")
+            return _Shading()
+        return self._read_shader(material, shader, index)
 
-    def _read_shader(self, material: bpy.types.Material, node: Any) -> tuple[Rgb, Rgb]:
-        """(reflectance, emitted radiance) of a shader node."""
-        match node.type:
+    def _read_shader(self, material: bpy.types.Material, node: Any, index: int) -> _Shading:
+        kind = "MUTED" if node.mute else node.type
+        match kind:
             case "BSDF_PRINCIPLED":
-                self._warn_if_not_matte(material, node)
-                strength = self._float(node.inputs["Emission Strength"])
-                emission = _scaled(self._colour(node.inputs["Emission Color"]), strength) if strength else _BLACK
-                return self._colour(node.inputs["Base Color"]), emission
+                return self._read_principled(material, node, index)
             case "BSDF_DIFFUSE":
-                return self._colour(node.inputs["Color"]), _BLACK
+                return _Shading(reflectance=self._colour(node.inputs["Color"], index))
             case "EMISSION":
                 strength = self._float(node.inputs["Strength"])
-                return _BLACK, _scaled(self._colour(node.inputs["Color"]), strength)
+                return _Shading(radiance=_scaled(self._colour(node.inputs["Color"], index), strength))
+            case "BSDF_TRANSPARENT":
+                return _Shading(through=self._colour(node.inputs["Color"], index))
+            case "HOLDOUT":
+                return _Shading(through=_WHITE)
             case "MIX_SHADER":
                 share = min(max(self._float(node.inputs[0]), 0.0), 1.0)
-                first = self._read_input(material, node.inputs[1])
-                second = self._read_input(material, node.inputs[2])
-                return _mixed(first[0], second[0], share), _mixed(first[1], second[1], share)
+                first = self._read_input(material, node.inputs[1], index)
+                second = self._read_input(material, node.inputs[2], index)
+                return first.scaled(1.0 - share) + second.scaled(share)
             case "ADD_SHADER":
-                first = self._read_input(material, node.inputs[0])
-                second = self._read_input(material, node.inputs[1])
-                return _added(first[0], second[0]), _added(first[1], second[1])
-            case _:
-                raise _UnreadableError(f"its node “{node.name}” cannot be read yet")
+                first = self._read_input(material, node.inputs[0], index)
+                return first + self._read_input(material, node.inputs[1], index)
+        if kind in GLASS:
+            return _Shading(through=self._colour(node.inputs["Color"], index))
+        if kind in METALS:
+            self.warn_of_metal(material)
+            colour = node.inputs.get("Color") or node.inputs["Base Color"]
+            return _Shading(reflectance=self._colour(colour, index) if self.metals_are_matte else _BLACK)
+        raise _UnreadableError(f"its node “{node.name}” cannot be read")
 
-    def _read_input(self, material: bpy.types.Material, socket: Any) -> tuple[Rgb, Rgb]:
+    def _read_principled(self, material: bpy.types.Material, node: Any, index: int) -> _Shading:
+        base = self._colour(node.inputs["Base Color"], index)
+        strength = self._float(node.inputs["Emission Strength"])
+        glow = _scaled(self._colour(node.inputs["Emission Color"], index), strength) if strength else _BLACK
+        metallic, glass, alpha = (
+            min(max(self._float(node.inputs[name]), 0.0), 1.0) for name in ("Metallic", "Transmission Weight", "Alpha")
+        )
+        if metallic > 0.0:
+            self.warn_of_metal(material)
+            if self.metals_are_matte:
+                metallic = 0.0
+        through_glass = (1.0 - metallic) * glass
+        matte = (1.0 - metallic) * (1.0 - glass)
+        return _Shading(
+            reflectance=_scaled(base, alpha * matte),
+            radiance=_scaled(glow, alpha),
+            through=_scaled(_WHITE, 1.0 - alpha * (1.0 - through_glass)),
+        )
+
+    def _read_input(self, material: bpy.types.Material, socket: Any, index: int) -> _Shading:
         shader = linked_node(socket)
-        return (_BLACK, _BLACK) if shader is None else self._read_shader(material, shader)
+        return _Shading() if shader is None else self._read_shader(material, shader, index)
 
-    def _warn_if_not_matte(self, material: bpy.types.Material, principled: Any) -> None:
-        """Say which part of a Principled shader is left out."""
-        for name, what, matte in (
-            ("Metallic", "metal", 0.0),
-            ("Transmission Weight", "glass", 0.0),
-            ("Alpha", "transparency", 1.0),
-        ):
-            if constant_float(principled.inputs[name]) != matte:
-                self._scene.warnings.append(f"material “{material.name}”: its {what} is baked as a matte surface")
+    def warn_of_metal(self, material: bpy.types.Material) -> None:
+        """Say once what becomes of a material's metal."""
+        how = "is baked as a matte surface" if self.metals_are_matte else "reflects no diffuse light"
+        warning = f"material “{material.name}”: its metal {how}"
+        if warning not in self._scene.warnings:
+            self._scene.warnings.append(warning)
 
-    def _colour(self, socket: Any) -> Rgb:
+    def _colour(self, socket: Any, index: int) -> Rgb:
         colour = constant_colour(socket)
         if colour is not None:
             return colour
         node = linked_node(socket)
-        if node is not None and node.type == "TEX_IMAGE" and node.image is not None:
+        if node is not None and node.type == "TEX_IMAGE" and node.image is not None and not node.mute:
             mean = self._image_mean(node.image)
             if mean is not None:
+                self._textured.add(index)
                 return mean
-            raise _UnreadableError(f"its image “{node.image.name}” has no pixels")
         name = "" if node is None else f" “{node.name}”"
-        raise _UnreadableError(f"its node{name} at “{socket.name}” cannot be read yet")
+        raise _UnreadableError(f"its node{name} at “{socket.name}” cannot be read")
 
     def _float(self, socket: Any) -> float:
         value = constant_float(socket)
         if value is None:
-            raise _UnreadableError(f"its node at “{socket.name}” cannot be read yet")
+            raise _UnreadableError(f"its node at “{socket.name}” cannot be read")
         return value
 
     def _image_mean(self, image: bpy.types.Image) -> Rgb | None:
@@ -126,8 +202,28 @@ class MaterialReader:
         return self._mean_by_image_uid[uid]
 
 
+def warn_of_light_through(scene: SceneRecord, name: str, through: float) -> None:
+    """Say once what becomes of a material that lets this share of the light through."""
+    sentence = f"material “{name}” lets "
+    if through > _NOTHING and not any(warning.startswith(sentence) for warning in scene.warnings):
+        how = "stops all of it" if through <= MOST_BLOCKED else "stops none of it, and reflects none to others"
+        scene.warnings.append(f"{sentence}{through:.0%} of the light through: in the bake it {how}")
+
+
+def _missing_image(material: bpy.types.Material) -> str | None:
+    """The name of an image that the material uses and that is not there."""
+    for tree in trees_of(material):
+        for node in tree.nodes:
+            if node.type != "TEX_IMAGE" or node.image is None or not any(o.is_linked for o in node.outputs):
+                continue
+            # Tiles, sequences and films keep their pixels elsewhere, where Cycles finds them.
+            if node.image.source in ("FILE", "GENERATED") and len(node.image.original.pixels) == 0:
+                return str(node.image.name)
+    return None
+
+
 class _UnreadableError(Exception):
-    """A material holds what this reader does not know."""
+    """A material's nodes hold what this reader does not know."""
 
 
 def uses_nodes(owner: Any) -> bool:
@@ -196,7 +292,3 @@ def _scaled(colour: Rgb, factor: float) -> Rgb:
 
 def _added(a: Rgb, b: Rgb) -> Rgb:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _mixed(a: Rgb, b: Rgb, share_of_b: float) -> Rgb:
-    return _added(_scaled(a, 1.0 - share_of_b), _scaled(b, share_of_b))

@@ -9,11 +9,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.colours import LIGHT
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from .attribute_types import STRUCTURE, read_attribute
-
-RADIOSITY = "Radiosity"
-"""Name of the colour attribute that a bake writes."""
 
 
 def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
@@ -39,6 +37,8 @@ def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
         has_custom_normals=mesh.has_custom_normals,
         active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active else "",
         active_render_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
+        active_render_colour=_name_at(mesh.color_attributes, mesh.color_attributes.render_color_index),
+        texture_space=(tuple(mesh.texspace_location[:]), tuple(mesh.texspace_size[:])),
     )
 
 
@@ -54,7 +54,7 @@ def read_attributes(mesh: bpy.types.Mesh) -> tuple[list[Attribute], list[str]]:
     for attribute in mesh.attributes:
         # Names with a dot are Blender's own and hidden: selection, visibility, pins. Seams were one of them before 4.4.
         hidden = attribute.is_internal or attribute.name.startswith(".")
-        if attribute.name in STRUCTURE or attribute.name == RADIOSITY or (hidden and attribute.name != ".uv_seam"):
+        if attribute.name in STRUCTURE or attribute.name in LIGHT or (hidden and attribute.name != ".uv_seam"):
             continue
         copy = read_attribute(attribute, sizes[attribute.domain])
         if copy is None:
@@ -72,6 +72,10 @@ def _triangle_edges(triangle_corners: IntArray, corner_edges: IntArray, face_sta
     following[face_ends - 1] = face_starts
     on_edge = following[triangle_corners] == np.roll(triangle_corners, -1, axis=1)
     return np.asarray(np.where(on_edge, corner_edges[triangle_corners], -1), dtype=np.int32)
+
+
+def _name_at(layers: Any, index: int) -> str:
+    return layers[index].name if 0 <= index < len(layers) else ""
 
 
 def _ints(collection: Any, prop: str, size: int) -> IntArray:

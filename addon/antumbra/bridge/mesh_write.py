@@ -13,13 +13,13 @@ from ..core.carry import (
     carry_attribute,
     carry_edge_attribute,
     carry_normals,
-    radiance_rgba,
     source_edge_of_corner,
 )
+from ..core.colours import RADIOSITY, light_attributes
 from ..core.lights import Floats
 from ..core.record import Attribute, FloatArray, IntArray, Surface
+from ..core.settings import Settings
 from .attribute_types import write_attribute
-from .mesh_read import RADIOSITY
 
 
 def write_mesh(
@@ -27,6 +27,7 @@ def write_mesh(
     surface: Surface,
     baked: BakedMesh,
     materials: list[bpy.types.Material | None],
+    settings: Settings,
     world_from_object: Floats | None = None,
 ) -> bpy.types.Mesh:
     """A new mesh with the baked faces, their light and all that the source mesh carried.
@@ -43,7 +44,7 @@ def write_mesh(
         positions = positions @ world_from_object[:3, :3].T + world_from_object[:3, 3]
         if normals is not None:
             normals = _transformed_normals(normals, world_from_object)
-    _write_faces(mesh, positions, baked.triangles)
+    write_faces(mesh, positions, baked.triangles)
 
     # Attributes by domain; those on edges need the edges' new numbers
     attributes = surface.attributes or []
@@ -51,20 +52,21 @@ def write_mesh(
         if attribute.domain != "EDGE":
             write_attribute(mesh, carry_attribute(attribute, surface, baked))
     _write_edge_attributes(mesh, [a for a in attributes if a.domain == "EDGE"], surface, baked)
-    _activate_uv_maps(mesh, surface)
+    activate_uv_maps(mesh, surface)
 
     # Light
-    write_attribute(mesh, Attribute(RADIOSITY, "CORNER", "FLOAT_COLOR", radiance_rgba(baked), blends=True))
+    for layer in light_attributes(baked, settings):
+        write_attribute(mesh, layer)
     mesh.color_attributes.active_color_name = RADIOSITY
     mesh.color_attributes.render_color_index = mesh.color_attributes.find(RADIOSITY)
 
     if normals is not None:
-        _write_normals(mesh, normals)
+        write_normals(mesh, normals)
     mesh.update()
     return mesh
 
 
-def _write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) -> None:
+def write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) -> None:
     corner_count = len(triangles) * 3
     mesh.vertices.add(len(positions))
     mesh.loops.add(corner_count)
@@ -94,14 +96,14 @@ def _write_edge_attributes(
         write_attribute(mesh, carry_edge_attribute(attribute, source_edge, baked_edge, len(mesh.edges)))
 
 
-def _activate_uv_maps(mesh: bpy.types.Mesh, surface: Surface) -> None:
+def activate_uv_maps(mesh: bpy.types.Mesh, surface: Surface) -> None:
     if surface.active_uv:
         mesh.uv_layers.active = mesh.uv_layers[surface.active_uv]
     if surface.active_render_uv:
         mesh.uv_layers[surface.active_render_uv].active_render = True
 
 
-def _write_normals(mesh: bpy.types.Mesh, normals: FloatArray) -> None:
+def write_normals(mesh: bpy.types.Mesh, normals: FloatArray) -> None:
     # From 4.5 on, normals can be stored as they are; before, Blender turns them into its corners' own frames.
     if bpy.app.version >= (4, 5, 0):
         write_attribute(mesh, Attribute("custom_normal", "CORNER", "FLOAT_VECTOR", normals, blends=True))

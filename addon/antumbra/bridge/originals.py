@@ -53,7 +53,7 @@ def replace_mesh(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
     """Show a baked mesh in the place of the object's own, whose modifiers are in the bake already."""
     state = state_of(obj)
     if state.role == "REPLACED":
-        _restore_replaced(obj)
+        restore_sources([obj])
     state.original_mesh = obj.data
     state.modifiers.clear()
     for show_viewport, show_render in _modifier_flags(obj):
@@ -67,14 +67,17 @@ def replace_mesh(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
 def restore_sources(objects: Iterable[bpy.types.Object]) -> None:
     """Give sources back their own mesh, modifiers and hide flags, and forget the bake."""
     flags: dict[bpy.types.Object, Flags] = {}
+    baked = []
     for obj in objects:
         role = state_of(obj).role
         if role == "HIDDEN":
             flags[obj] = remembered_flags(obj)
         elif role == "REPLACED":
-            _restore_replaced(obj)
+            baked.append(obj.data)
+            _show_original_mesh(obj)
         obj.property_unset("antumbra")
     set_hide_flags(flags)
+    _remove_unused(baked)
 
 
 def set_hide_flags(flags: dict[bpy.types.Object, Flags]) -> None:
@@ -108,11 +111,9 @@ def remove_baked_objects(objects: Iterable[bpy.types.Object]) -> None:
     bpy.data.batch_remove(list(meshes))
 
 
-def _restore_replaced(obj: bpy.types.Object) -> None:
-    baked = obj.data
-    _show_original_mesh(obj)
-    if baked is not None and baked.users == 0:
-        bpy.data.meshes.remove(baked)  # type: ignore[arg-type]
+def _remove_unused(meshes: Iterable[Any]) -> None:
+    # All at once: each removal on its own goes through the whole file, which took two minutes for 10,000.
+    bpy.data.batch_remove({mesh for mesh in meshes if mesh is not None and mesh.users == 0})
 
 
 def _show_original_mesh(obj: bpy.types.Object) -> None:

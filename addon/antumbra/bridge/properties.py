@@ -74,6 +74,10 @@ class AntumbraSettings(PropertyGroup):
     receivers: _enum("receivers")
     output: _enum("output")
     quantity: _enum("quantity")
+    metals: _enum("metals")
+    layers: _enum("layers")
+    data_type: _enum("data_type")
+    domain: _enum("domain")
 
 
 class AntumbraModifier(PropertyGroup):
@@ -101,7 +105,22 @@ class AntumbraObject(PropertyGroup):
     modifiers: CollectionProperty(type=AntumbraModifier)
 
 
-CLASSES = (AntumbraSettings, AntumbraModifier, AntumbraObject)
+class AntumbraPart(PropertyGroup):
+    """`object.antumbra_part`: what the user wants of this object in bakes; it survives them."""
+
+    kind: EnumProperty(
+        name="Part",
+        description="What this object does in an Antumbra bake",
+        items=[
+            ("NORMAL", "Normal", "Blocks and reflects light, and is baked when it is chosen"),
+            ("EXCLUDED", "Excluded", "Takes no part: as if it were not there"),
+            ("BLOCKER", "Blocker Only", "Casts shadows, but reflects and emits nothing and is never baked"),
+            ("RECEIVER", "Receiver Only", "Is baked when it is chosen, but neither casts shadows nor lights others"),
+        ],
+    )
+
+
+CLASSES = (AntumbraSettings, AntumbraModifier, AntumbraObject, AntumbraPart)
 
 
 def register() -> None:
@@ -109,9 +128,11 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.antumbra = PointerProperty(type=AntumbraSettings)  # type: ignore[attr-defined]
     bpy.types.Object.antumbra = PointerProperty(type=AntumbraObject)  # type: ignore[attr-defined]
+    bpy.types.Object.antumbra_part = PointerProperty(type=AntumbraPart)  # type: ignore[attr-defined]
 
 
 def unregister() -> None:
+    del bpy.types.Object.antumbra_part  # type: ignore[attr-defined]
     del bpy.types.Object.antumbra  # type: ignore[attr-defined]
     del bpy.types.Scene.antumbra  # type: ignore[attr-defined]
     for cls in reversed(CLASSES):
@@ -132,3 +153,8 @@ def _as_typed(value: Any) -> Any:
 def state_of(obj: bpy.types.Object) -> Any:
     """The object's AntumbraObject."""
     return obj.antumbra  # type: ignore[attr-defined]
+
+
+def part_of(obj: bpy.types.Object) -> str:
+    """The part that the user gave the object: NORMAL, EXCLUDED, BLOCKER or RECEIVER."""
+    return str(obj.antumbra_part.kind)  # type: ignore[attr-defined]

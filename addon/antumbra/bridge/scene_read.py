@@ -21,6 +21,8 @@ from .lights import read_light, read_world
 from .materials import MaterialReader
 from .mesh_read import read_attributes, read_surface
 from .originals import originals_shown
+from .parts import LEFT_OUT, has_hair, read_part
+from .passes import read_passes
 from .properties import state_of
 from .surroundings import scene_of, view_layer_of
 
@@ -32,10 +34,11 @@ def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     if selected is not None and not selected:
         raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
     with originals_shown(scene_of(context)):
-        reader = _SceneReader(selected)
+        reader = _SceneReader(selected, settings, view_layer_of(context))
         with_render_depsgraph(context, reader.visit)
     if selected is not None and not any(record.receives for record in reader.scene.objects):
         raise InputError("no selected object is a mesh with faces that is visible in renders")
+    read_passes(reader.scene, reader.materials, settings.quantity)
     return reader.scene
 
 
@@ -59,13 +62,16 @@ def selected_uids(context: bpy.types.Context) -> set[int]:
 class _SceneReader:
     """Visits one depsgraph."""
 
-    def __init__(self, selected: set[int] | None) -> None:
+    def __init__(self, selected: set[int] | None, settings: Settings, view_layer: bpy.types.ViewLayer) -> None:
         self.scene = SceneRecord()
         self._selected = selected
-        self._materials = MaterialReader(self.scene)
+        self._view_layer = view_layer
+        self.materials = MaterialReader(self.scene, settings.metals == "MATTE")
         # Instances of one mesh share its arrays; Blender keeps the meshes alive during the visit.
         self._surfaces: dict[int, Surface | None] = {}
+        self._has_area_of_its_own: dict[int, bool] = {}
         self._without_area: list[str] = []
+        self._left_out: dict[str, dict[str, None]] = {}
 
     def visit(self, depsgraph: bpy.types.Depsgraph, probe_uid: int) -> None:
         each: Any = depsgraph.object_instances
@@ -80,25 +86,39 @@ class _SceneReader:
             # Texts and curves come once more as meshes.
             elif instance.object.type == "MESH" and state_of(original).role != "BAKED":
                 self._read_object(instance, world_from_object)
+            elif instance.object.type in LEFT_OUT:
+                self._leave_out(LEFT_OUT[instance.object.type], original.name)
         evaluated: Any = depsgraph.scene_eval
         read_world(evaluated.world, self.scene)
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"
             )
+        for kind, names in self._left_out.items():
+            self.scene.warnings.append(
+                f"{kind} cannot be baked and neither block nor reflect: {name_list(list(names))}"
+            )
 
     def _read_object(self, instance: Any, world_from_object: Floats) -> None:
         obj: Any = instance.object
         name = obj.original.name
         owner: Any = instance.parent.original if instance.is_instance and instance.parent else obj.original
-        receives = self._selected is None or owner.session_uid in self._selected
-        surface = self._surface(obj, name, receives)
+        part = read_part(obj.original, owner, self._view_layer)
+        if part is None:
+            return
+        receives = part.receives and (self._selected is None or owner.session_uid in self._selected)
+        if has_hair(obj):
+            self._leave_out("hair", name)
+        surface = self._surface(obj.data)
         if surface is None:
             return
-        if not _has_area(surface, world_from_object):
+        if not self._has_area(surface, world_from_object):
             self._without_area.append(name)
             return
         slots = _slot_materials(obj)
+        slot_materials = tuple(self.materials.index(material) for material in slots or [None])
+        if receives or any(self.materials.wants_passes(m, bool(surface.active_uv)) for m in slot_materials):
+            self._read_attributes(surface, obj.data, name)
         self.scene.objects.append(
             ObjectRecord(
                 name=name,
@@ -106,23 +126,38 @@ class _SceneReader:
                 is_instance=instance.is_instance,
                 surface=surface,
                 world_from_object=world_from_object,
-                slot_materials=tuple(self._materials.index(material) for material in slots or [None]),
+                slot_materials=slot_materials,
                 slot_uids=tuple(None if material is None else material.original.session_uid for material in slots),
                 receives=receives,
+                blocks=part.blocks,
+                sends=part.sends,
             )
         )
 
-    def _surface(self, obj: Any, name: str, receives: bool) -> Surface | None:
-        mesh = obj.data
+    def _has_area(self, surface: Surface, world_from_object: Floats) -> bool:
+        """Whether any face has an area in the world; what is not finite is left for the solver to name."""
+        key = id(surface)
+        if key not in self._has_area_of_its_own:
+            self._has_area_of_its_own[key] = _has_area(surface, np.eye(4))
+        # No matrix that can be turned back takes an area away, and instances by the thousands need not be looked at.
+        if self._has_area_of_its_own[key] and abs(np.linalg.det(world_from_object[:3, :3])) > 0.0:
+            return True
+        return _has_area(surface, world_from_object)
+
+    def _leave_out(self, kind: str, name: str) -> None:
+        self._left_out.setdefault(kind, {})[name] = None
+
+    def _surface(self, mesh: Any) -> Surface | None:
         key = mesh.as_pointer()
         if key not in self._surfaces:
             self._surfaces[key] = read_surface(mesh)
-        surface = self._surfaces[key]
-        if surface is not None and receives and surface.attributes is None:
+        return self._surfaces[key]
+
+    def _read_attributes(self, surface: Surface, mesh: Any, name: str) -> None:
+        if surface.attributes is None:
             surface.attributes, lost = read_attributes(mesh)
             if lost:
                 self.scene.warnings.append(f"object “{name}”: attributes of unknown types are lost: {name_list(lost)}")
-        return surface
 
 
 def _slot_materials(obj: Any) -> list[Any]:

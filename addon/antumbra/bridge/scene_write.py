@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from ..core.bake import Solution
 from ..core.carry import BakedMesh
+from ..core.colours import storage_losses
 from ..core.errors import InputError
 from ..core.record import ObjectRecord, SceneRecord, name_list
 from ..core.settings import Settings
@@ -87,6 +88,7 @@ class _Writer:
 
     def __init__(self, context: bpy.types.Context, settings: Settings) -> None:
         self._context = context
+        self._settings = settings
         self._replaces = settings.output == "REPLACE"
         self._objects = {obj.session_uid: obj for obj in scene_of(context).objects}
         self._materials = {material.session_uid: material for material in bpy.data.materials}
@@ -144,7 +146,7 @@ class _Writer:
         materials = [None if uid is None else self._materials.get(uid) for uid in record.slot_uids]
         matrix = owner.matrix_world if replaces else _without_shear(record)
         in_world = record.world_from_object if matrix is None else None
-        mesh = write_mesh(record.name, record.surface, baked, materials, in_world)
+        mesh = write_mesh(record.name, record.surface, baked, materials, self._settings, in_world)
         return _Made(record.name, owner, mesh, matrix or Matrix(), replaces)
 
     def _can_replace(self, record: ObjectRecord, owner: bpy.types.Object) -> bool:
@@ -169,6 +171,7 @@ class _Writer:
         if linked:
             warnings.append(f"linked objects stay hidden only until the file is opened again: {name_list(linked)}")
         instancers = sorted({owner.name for record, _, owner in pairs if record.is_instance})
+        warnings += storage_losses([baked for _, baked, _ in pairs], self._settings)
         if instancers and self._replaces:
             warnings.append(f"instances cannot be replaced and were written as new objects: {name_list(instancers)}")
         return warnings

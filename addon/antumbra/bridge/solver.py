@@ -31,7 +31,7 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
     """Hand the scene over and start the solver in a thread of its own."""
     native = antumbra_native.Scene()
     for material in scene.materials:
-        native.add_material(material.name, material.reflectance_rgb, material.exitance_rgb)
+        native.add_material(material.name, material.reflectance_rgb, material.exitance_rgb, blocks=material.blocks)
     for record in scene.objects:
         surface = record.surface
         normals = surface.corner_normals
@@ -43,6 +43,8 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             record.world_from_object,
             None if normals is None else normals[surface.triangle_corners],
             record.receives,
+            blocks=record.blocks,
+            sends=record.sends,
         )
     for light in scene.lights:
         native.add_area_light(light.name, light.outline_world, light.exitance_rgb)
@@ -58,6 +60,7 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             triangle_budget=settings.triangle_budget,
             quantity=settings.quantity,
             transport=settings.transport,
+            layers=settings.layers,
         )
     )
     return _Job(job)

@@ -17,11 +17,9 @@ from .lights import Floats
 from .record import Attribute, FloatArray, IntArray, Surface
 
 
-class BakedMesh(Protocol):
-    """The refined mesh as the solver returns it: V vertices, T triangles."""
+class RefinedMesh(Protocol):
+    """A mesh of V vertices and T triangles that are parts of a source mesh's."""
 
-    @property
-    def object(self) -> int: ...
     @property
     def positions(self) -> Floats: ...
     @property
@@ -36,11 +34,22 @@ class BakedMesh(Protocol):
     def corner_barycentric(self) -> Floats: ...
     @property
     def source_edge(self) -> NDArray[np.int8]: ...
+
+
+class BakedMesh(RefinedMesh, Protocol):
+    """The refined mesh as the solver returns it."""
+
+    @property
+    def object(self) -> int: ...
     @property
     def corner_radiance(self) -> FloatArray: ...
+    @property
+    def corner_direct(self) -> FloatArray | None: ...
+    @property
+    def corner_indirect(self) -> FloatArray | None: ...
 
 
-def carry_attribute(attribute: Attribute, surface: Surface, baked: BakedMesh) -> Attribute:
+def carry_attribute(attribute: Attribute, surface: Surface, baked: RefinedMesh) -> Attribute:
     """The attribute on the refined mesh, for the domains POINT, FACE and CORNER."""
     match attribute.domain:
         case "POINT":
@@ -57,7 +66,7 @@ def carry_attribute(attribute: Attribute, surface: Surface, baked: BakedMesh) ->
     return Attribute(attribute.name, attribute.domain, attribute.data_type, values, attribute.blends)
 
 
-def source_edge_of_corner(surface: Surface, baked: BakedMesh) -> IntArray:
+def source_edge_of_corner(surface: Surface, baked: RefinedMesh) -> IntArray:
     """(3T,) for the edge that starts at each baked corner: the source mesh's edge it is a piece of, or -1."""
     side = baked.source_edge.astype(np.int32)
     edges = surface.triangle_edges[baked.source_triangle[:, None], np.maximum(side, 0)]
@@ -82,7 +91,7 @@ def carry_edge_attribute(
     return Attribute(attribute.name, "EDGE", attribute.data_type, values, attribute.blends)
 
 
-def carry_normals(surface: Surface, baked: BakedMesh) -> FloatArray | None:
+def carry_normals(surface: Surface, baked: RefinedMesh) -> FloatArray | None:
     """(3T, 3) shading normals to write as custom normals, or None where Blender's own come out right.
 
     Blender derives smooth normals from the faces, and the pieces of a flat face are all flat: without custom normals a
@@ -97,13 +106,6 @@ def carry_normals(surface: Surface, baked: BakedMesh) -> FloatArray | None:
     normals = _blend(surface.corner_normals, sources, baked.corner_barycentric.reshape(-1, 3))
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.maximum(lengths, np.finfo(np.float64).tiny), dtype=np.float32)
-
-
-def radiance_rgba(baked: BakedMesh) -> FloatArray:
-    """(3T, 4) the colours of the corners, opaque."""
-    rgba = np.ones((len(baked.triangles) * 3, 4), dtype=np.float32)
-    rgba[:, :3] = baked.corner_radiance.reshape(-1, 3)
-    return rgba
 
 
 def _mix(attribute: Attribute, sources: IntArray, barycentric: Floats) -> NDArray[Any]:

@@ -56,6 +56,9 @@ class Surface:
     """What a baked mesh has to carry on; None until a receiver asks for it."""
     active_uv: str = ""
     active_render_uv: str = ""
+    active_render_colour: str = ""
+    texture_space: tuple[tuple[float, ...], tuple[float, ...]] = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    """Location and size of the box in which generated texture coordinates run from 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,8 @@ class Material:
     reflectance_rgb: tuple[float, float, float]
     exitance_rgb: tuple[float, float, float]
     """pi·L in W/m², on both sides."""
+    blocks: bool = True
+    """Whether light stops at it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +90,17 @@ class ObjectRecord:
     slot_uids: tuple[int | None, ...]
     """Per material slot: session_uid of its material; empty when the mesh has no slots."""
     receives: bool
+    blocks: bool = True
+    """Whether light stops at it, where its materials do not let it through."""
+    sends: bool = True
+    """Whether others get light from it."""
+    face_materials: IntArray | None = None
+    """(F,) index into SceneRecord.materials per face, where these tell more than the slots."""
 
     def triangle_materials(self) -> IntArray:
         """(T,) indices into SceneRecord.materials."""
+        if self.face_materials is not None:
+            return self.face_materials[self.surface.triangle_faces]
         slots = np.clip(self.surface.face_materials, 0, len(self.slot_materials) - 1)
         materials = np.asarray(self.slot_materials, dtype=np.int32)
         return np.asarray(materials[slots][self.surface.triangle_faces], dtype=np.int32)

@@ -149,6 +149,56 @@ SPECS: Mapping[str, Spec] = {
             Choice("IRRADIANCE", "Light Only", "What a white surface would send out: for use over textures"),
         ),
     ),
+    "metals": Spec(
+        "Metals",
+        "What becomes of metals, which reflect no diffuse light",
+        "MATTE",
+        choices=(
+            Choice("MATTE", "Matte", "A metal reflects its base colour like paint"),
+            Choice("BLACK", "Black", "A metal reflects no diffuse light, as in the diffuse pass of Cycles"),
+        ),
+    ),
+    "layers": Spec(
+        "Layers",
+        "Which colour attributes are written",
+        "TOTAL",
+        choices=(
+            Choice("TOTAL", "All Light", "One colour attribute with all light"),
+            Choice(
+                "SEPARATE",
+                "Direct and Indirect Too",
+                "Two more colour attributes, whose sum is the first: light from emitters, and light that surfaces "
+                "reflected before",
+            ),
+        ),
+    ),
+    "data_type": Spec(
+        "Data Type",
+        "How colours are stored",
+        "FLOAT_COLOR",
+        choices=(
+            Choice("FLOAT_COLOR", "Float", "As exact and as bright as they are"),
+            Choice(
+                "BYTE_COLOR",
+                "Byte",
+                "In a quarter of the memory: 8 bits a channel with the steps of sRGB, and brighter than 1 becomes 1",
+            ),
+        ),
+    ),
+    "domain": Spec(
+        "Domain",
+        "Where colours are stored",
+        "CORNER",
+        choices=(
+            Choice("CORNER", "Face Corner", "One for each corner of each face: light may jump at edges and contacts"),
+            Choice(
+                "POINT",
+                "Vertex",
+                "One for each vertex, the mean of its corners: for programs that know no others. Light runs across "
+                "sharp edges and under what touches a surface",
+            ),
+        ),
+    ),
 }
 
 
@@ -167,6 +217,10 @@ class Settings:
     receivers: str = "SELECTED"
     output: str = "NEW"
     quantity: str = "RADIOSITY"
+    metals: str = "MATTE"
+    layers: str = "TOTAL"
+    data_type: str = "FLOAT_COLOR"
+    domain: str = "CORNER"
 
     def validate(self) -> None:
         """Raise SettingError for the first value out of its range."""

@@ -43,6 +43,7 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         column.prop(settings, "receivers")
         column.prop(settings, "output")
         column.prop(settings, "quantity")
+        column.prop(settings, "metals")
         column.separator()
         column.prop(settings, "method")
         column.prop(settings, "tolerance")
@@ -66,6 +67,21 @@ class ANTUMBRA_PT_mesh(_RenderPanel, bpy.types.Panel):
         column.prop(settings, "transport")
 
 
+class ANTUMBRA_PT_attributes(_RenderPanel, bpy.types.Panel):
+    """What is stored, and how."""
+
+    bl_label = "Colour Attributes"
+    bl_parent_id = "ANTUMBRA_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = _property_column(self.layout)
+        settings = _settings(context)
+        column.prop(settings, "layers")
+        column.prop(settings, "data_type")
+        column.prop(settings, "domain")
+
+
 class ANTUMBRA_PT_limits(_RenderPanel, bpy.types.Panel):
     """When to stop at the latest."""
 
@@ -80,7 +96,7 @@ class ANTUMBRA_PT_limits(_RenderPanel, bpy.types.Panel):
         column.prop(settings, "triangle_budget")
 
 
-CLASSES = (ANTUMBRA_PT_bake, ANTUMBRA_PT_mesh, ANTUMBRA_PT_limits)
+CLASSES = (ANTUMBRA_PT_bake, ANTUMBRA_PT_attributes, ANTUMBRA_PT_mesh, ANTUMBRA_PT_limits)
 
 
 def register() -> None:

@@ -40,6 +40,8 @@ pub(crate) struct BakedMesh {
     corner_barycentric: Py<PyArray3<f64>>,
     source_edge: Py<PyArray2<i8>>,
     corner_radiance: Py<PyArray3<f32>>,
+    corner_direct: Option<Py<PyArray3<f32>>>,
+    corner_indirect: Option<Py<PyArray3<f32>>>,
 }
 
 impl BakedMesh {
@@ -52,6 +54,14 @@ impl BakedMesh {
                 "the baked mesh has more than 2147483647 vertices or triangles",
             ));
         }
+        let layers = mesh.corner_layers.map(|layers| [layers.direct, layers.indirect]);
+        let [corner_direct, corner_indirect] = match layers {
+            Some([direct, indirect]) => [
+                Some(into_numpy(py, direct, [triangles, 3, 3])?),
+                Some(into_numpy(py, indirect, [triangles, 3, 3])?),
+            ],
+            None => [None, None],
+        };
         Ok(Self {
             object: mesh.object,
             positions: into_numpy(py, mesh.positions, [vertices, 3])?,
@@ -62,6 +72,8 @@ impl BakedMesh {
             corner_barycentric: into_numpy(py, mesh.corner_barycentric, [triangles, 3, 3])?,
             source_edge: into_numpy(py, mesh.source_edge, [triangles, 3])?,
             corner_radiance: into_numpy(py, mesh.corner_radiance, [triangles, 3, 3])?,
+            corner_direct,
+            corner_indirect,
         })
     }
 }

@@ -45,8 +45,15 @@ impl Scene {
     }
 
     /// Adds a diffuse material, rgb and scene-linear; exitance is `pi` times the emitted radiance, in W/m².
-    fn add_material(&self, name: String, reflectance: [f64; 3], exitance: [f64; 3]) -> PyResult<usize> {
-        let material = MaterialInput { name, reflectance_rgb: reflectance, exitance_rgb: exitance };
+    #[pyo3(signature = (name, reflectance, exitance, *, blocks = true))]
+    fn add_material(
+        &self,
+        name: String,
+        reflectance: [f64; 3],
+        exitance: [f64; 3],
+        blocks: bool,
+    ) -> PyResult<usize> {
+        let material = MaterialInput { name, reflectance_rgb: reflectance, exitance_rgb: exitance, blocks };
         self.push(|input| &mut input.materials, material)
     }
 
@@ -55,7 +62,10 @@ impl Scene {
         clippy::too_many_arguments,
         reason = "one argument per array of a mesh, given by name in Python"
     )]
-    #[pyo3(signature = (name, positions, triangles, materials, world_from_object, corner_normals, receives))]
+    #[pyo3(signature = (
+        name, positions, triangles, materials, world_from_object, corner_normals, receives, *, blocks = true,
+        sends = true
+    ))]
     fn add_object(
         &self,
         py: Python<'_>,
@@ -66,6 +76,8 @@ impl Scene {
         world_from_object: &Bound<'_, PyAny>,
         corner_normals: Option<&Bound<'_, PyAny>>,
         receives: bool,
+        blocks: bool,
+        sends: bool,
     ) -> PyResult<usize> {
         // Own the arrays.
         let positions = floats::<3>(positions, &Expected::of(&name, "positions", &[None, Some(3)]))?;
@@ -92,6 +104,8 @@ impl Scene {
             triangle_materials: materials.into_flattened(),
             corner_normals: corner_normals.map(cast_vec::<[f64; 9], [DVec3; 3]>),
             receives,
+            blocks,
+            sends,
             name,
         };
         self.push(|input| &mut input.objects, object)

@@ -17,7 +17,8 @@ use crate::scene::Scene;
 #[pyfunction]
 #[pyo3(signature = (
     scene, *, method = "ADM", tolerance = 0.01, element_size = 0.0, max_level = 8, max_blockers = 4,
-    time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", transport = "AUTO", threads = 0
+    time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", transport = "AUTO", layers = "TOTAL",
+    threads = 0
 ))]
 pub(crate) fn start(
     py: Python<'_>,
@@ -31,6 +32,7 @@ pub(crate) fn start(
     triangle_budget: i64,
     quantity: &str,
     transport: &str,
+    layers: &str,
     threads: i64,
 ) -> PyResult<Job> {
     let settings = Settings {
@@ -63,6 +65,7 @@ pub(crate) fn start(
                 ("RAYS", Transport::Rays),
             ],
         )?,
+        separate_layers: choice(py, "layers", layers, &[("TOTAL", false), ("SEPARATE", true)])?,
         threads: count(py, "threads", threads)?,
     };
     settings.validate().map_err(|error| to_python(py, &error))?;

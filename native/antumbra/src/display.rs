@@ -230,12 +230,13 @@ impl<'a> Display<'a> {
         triangles
     }
 
-    /// All light on a sample's front, W/m², with the indirect light scaled per channel.
-    pub(crate) fn irradiance(&self, indirect_scale: DVec3) -> Vec<DVec3> {
-        let indirect = |index: usize| self.fitted[1].get(index).copied().unwrap_or(DVec3::ZERO);
-        (self.fitted[0].iter().enumerate())
-            .map(|(index, direct)| *direct + indirect_scale * indirect(index))
-            .collect()
+    /// Per [`Light`]: what arrives on the samples' fronts, W/m², with the indirect light scaled per channel.
+    pub(crate) fn layers(&self, indirect_scale: DVec3) -> [Vec<DVec3>; 2] {
+        let [direct, indirect] = &self.fitted;
+        let scaled = indirect.iter().map(|&arriving| indirect_scale * arriving);
+        let mut indirect: Vec<DVec3> = scaled.collect();
+        indirect.resize(direct.len(), DVec3::ZERO);
+        [direct.clone(), indirect]
     }
 
     /// Leaves, and points of the mesh.

@@ -65,6 +65,8 @@ pub struct Settings {
     pub triangle_budget: u64,
     /// What the colour attribute holds.
     pub quantity: Quantity,
+    /// Whether direct and indirect light are also given apart.
+    pub separate_layers: bool,
     /// Worker threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
 }
@@ -81,6 +83,7 @@ impl Default for Settings {
             time_limit: 0.0,
             triangle_budget: 0,
             quantity: Quantity::Radiosity,
+            separate_layers: false,
             threads: 0,
         }
     }

@@ -101,7 +101,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let (display, indirect_scale, unshot) = solver.solve()?;
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
-    let meshes = weld(input, &world, &display, &display.irradiance(indirect_scale), settings.quantity);
+    let meshes = weld(input, &world, &display, &display.layers(indirect_scale), settings);
     monitor.check()?;
     let result = ResultSummary {
         triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
@@ -139,7 +139,7 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
         Quantity::Radiosity => DVec3::from_array(reflectance_rgb),
         Quantity::Irradiance => DVec3::ONE,
     };
-    world.materials.iter().map(|material| shown(material.reflectance_rgb)).collect()
+    world.shown_materials.iter().map(|material| shown(material.reflectance_rgb)).collect()
 }
 
 /// One solution on its way.

@@ -6,13 +6,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::display::Display;
+use crate::display::{Display, Light};
 use crate::index::{FaceId, VertexId};
 use crate::mesh::Corner;
 use crate::report::Report;
 use crate::scene::world::World;
 use crate::scene::{MaterialInput, ObjectInput, SceneInput};
-use crate::settings::Quantity;
+use crate::settings::{Quantity, Settings};
 
 /// The refined meshes with their light, and what it took to make them.
 #[derive(Debug, Clone)]
@@ -45,17 +45,28 @@ pub struct BakedMesh {
     pub source_edge: Vec<[i8; 3]>,
     /// Per triangle and corner: scene-linear `B/pi` or `H/pi`, rgb, never clipped.
     pub corner_radiance: Vec<[[f32; 3]; 3]>,
+    /// Direct and indirect light apart, each like `corner_radiance`, whose parts they are; `None` unless asked for.
+    pub corner_layers: Option<CornerLayers>,
+}
+
+/// The two parts of the light of the corners.
+#[derive(Debug, Clone, Default)]
+pub struct CornerLayers {
+    /// What comes from emitters, and what the surface emits itself where emission counts.
+    pub direct: Vec<[[f32; 3]; 3]>,
+    /// What other surfaces reflected before.
+    pub indirect: Vec<[[f32; 3]; 3]>,
 }
 
 /// Collects the refined meshes of all baked objects, anchored, with their light.
 ///
-/// `irradiance`: per sample, W/m².
+/// `layers`: per [`Light`] and sample, W/m².
 pub(crate) fn weld(
     input: &SceneInput,
     world: &World,
     display: &Display,
-    irradiance: &[DVec3],
-    quantity: Quantity,
+    layers: &[Vec<DVec3>; 2],
+    settings: &Settings,
 ) -> Vec<BakedMesh> {
     let triangles = display.triangles();
     (0..input.objects.len())
@@ -65,7 +76,7 @@ pub(crate) fn weld(
             let faces = &world.objects[object].faces;
             let [first, end] =
                 [faces.start, faces.end].map(|face| triangles.partition_point(|(f, _)| f.index() < face));
-            Welder::new(input, world, irradiance, quantity, object).weld(&triangles[first..end])
+            Welder::new(input, world, layers, settings, object).weld(&triangles[first..end])
         })
         .collect()
 }
@@ -75,7 +86,7 @@ struct Welder<'a> {
     source: &'a ObjectInput,
     world: &'a World,
     object: usize,
-    irradiance: &'a [DVec3],
+    layers: &'a [Vec<DVec3>; 2],
     quantity: Quantity,
     baked: BakedMesh,
     /// Mesh vertices that are baked vertices already.
@@ -86,31 +97,33 @@ impl<'a> Welder<'a> {
     fn new(
         input: &'a SceneInput,
         world: &'a World,
-        irradiance: &'a [DVec3],
-        quantity: Quantity,
+        layers: &'a [Vec<DVec3>; 2],
+        settings: &Settings,
         object: usize,
     ) -> Self {
         let source = &input.objects[object];
-        let baked = BakedMesh { object, ..BakedMesh::default() };
-        Self { source, world, object, irradiance, quantity, baked, numbers: FxHashMap::default() }
+        let corner_layers = settings.separate_layers.then(CornerLayers::default);
+        let baked = BakedMesh { object, corner_layers, ..BakedMesh::default() };
+        let quantity = settings.quantity;
+        Self { source, world, object, layers, quantity, baked, numbers: FxHashMap::default() }
     }
 
     fn weld(mut self, triangles: &[(FaceId, [Corner; 3])]) -> BakedMesh {
         let mut next_triangle = 0;
         // Light at source vertices, for faces that have no area and so no light of their own.
-        let mut at_vertex: FxHashMap<VertexId, DVec3> = FxHashMap::default();
+        let mut at_vertex: FxHashMap<VertexId, Arriving> = FxHashMap::default();
         let mut flat: Vec<u32> = Vec::new();
         for (face, corners) in triangles {
             let source_triangle = self.world.faces[face.index()].source_triangle;
             flat.extend(next_triangle..source_triangle);
             next_triangle = source_triangle + 1;
-            let material = self.world.material(*face);
-            let irradiance = corners.each_ref().map(|corner| self.irradiance_at(corner));
-            for (corner, &irradiance) in corners.iter().zip(&irradiance) {
-                at_vertex.entry(corner.vertex).or_insert(irradiance);
+            let material = self.world.shown_material(*face);
+            let arriving = corners.each_ref().map(|corner| self.arriving_at(corner));
+            for (corner, &arriving) in corners.iter().zip(&arriving) {
+                at_vertex.entry(corner.vertex).or_insert(arriving);
             }
-            let radiance = irradiance.map(|irradiance| self.radiance(irradiance, material));
-            self.push(source_triangle, corners.each_ref().map(|c| (c.vertex, c.barycentric)), radiance);
+            self.push(source_triangle, corners.each_ref().map(|c| (c.vertex, c.barycentric)));
+            self.push_light(&arriving, material);
         }
         flat.extend(next_triangle..self.source.triangles.len() as u32);
         for triangle in flat {
@@ -120,18 +133,19 @@ impl<'a> Welder<'a> {
     }
 
     /// A face without area keeps its place, so that what was watertight stays so; it shows its neighbours' light.
-    fn push_flat(&mut self, triangle: u32, at_vertex: &FxHashMap<VertexId, DVec3>) {
+    fn push_flat(&mut self, triangle: u32, at_vertex: &FxHashMap<VertexId, Arriving>) {
         let first = self.world.objects[self.object].first_vertex;
         let vertices = self.source.triangles[triangle as usize].map(|v| VertexId::new((first + v) as usize));
-        let material = &self.world.materials[self.source.triangle_materials[triangle as usize] as usize];
-        let radiance =
-            vertices.map(|v| self.radiance(at_vertex.get(&v).copied().unwrap_or(DVec3::ZERO), material));
+        let material =
+            &self.world.shown_materials[self.source.triangle_materials[triangle as usize] as usize];
+        let arriving = vertices.map(|v| at_vertex.get(&v).copied().unwrap_or_default());
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
         let corners = std::array::from_fn(|k| (vertices[k], units[k]));
-        self.push(triangle, corners, radiance);
+        self.push(triangle, corners);
+        self.push_light(&arriving, material);
     }
 
-    fn push(&mut self, source_triangle: u32, corners: [(VertexId, DVec3); 3], radiance: [[f32; 3]; 3]) {
+    fn push(&mut self, source_triangle: u32, corners: [(VertexId, DVec3); 3]) {
         let triangle = corners.map(|(vertex, barycentric)| self.number(vertex, source_triangle, barycentric));
         let barycentric = corners.map(|(_, barycentric)| barycentric);
         let edge = |k: usize| {
@@ -146,7 +160,22 @@ impl<'a> Welder<'a> {
         self.baked.source_triangle.push(source_triangle);
         self.baked.corner_barycentric.push(barycentric.map(|b| b.to_array()));
         self.baked.source_edge.push(std::array::from_fn(|k| edge(k).unwrap_or(-1)));
-        self.baked.corner_radiance.push(radiance);
+    }
+
+    fn push_light(&mut self, arriving: &[Arriving; 3], material: &MaterialInput) {
+        let (emitted, reflected) = match self.quantity {
+            Quantity::Radiosity => (material.exitance_rgb, material.reflectance_rgb),
+            Quantity::Irradiance => ([0.0; 3], [1.0; 3]),
+        };
+        let [emitted, reflected] = [emitted, reflected].map(DVec3::from_array);
+        let sent = |own: DVec3, light: fn(&Arriving) -> DVec3| {
+            arriving.each_ref().map(|a| ((own + reflected * light(a)) / PI).to_array().map(|v| v as f32))
+        };
+        self.baked.corner_radiance.push(sent(emitted, |a| a.direct + a.indirect));
+        if let Some(layers) = &mut self.baked.corner_layers {
+            layers.direct.push(sent(emitted, |a| a.direct));
+            layers.indirect.push(sent(DVec3::ZERO, |a| a.indirect));
+        }
     }
 
     fn number(&mut self, vertex: VertexId, source_triangle: u32, barycentric: DVec3) -> u32 {
@@ -165,19 +194,18 @@ impl<'a> Welder<'a> {
         })
     }
 
-    fn irradiance_at(&self, corner: &Corner) -> DVec3 {
-        let [a, b] = corner.samples.map(|s| self.irradiance[s.index()]);
-        0.5 * (a + b)
-    }
-
-    fn radiance(&self, irradiance: DVec3, material: &MaterialInput) -> [f32; 3] {
-        let radiosity = match self.quantity {
-            Quantity::Radiosity => {
-                DVec3::from_array(material.exitance_rgb)
-                    + DVec3::from_array(material.reflectance_rgb) * irradiance
-            }
-            Quantity::Irradiance => irradiance,
+    fn arriving_at(&self, corner: &Corner) -> Arriving {
+        let mean = |light: Light| {
+            let [a, b] = corner.samples.map(|s| self.layers[light as usize][s.index()]);
+            0.5 * (a + b)
         };
-        (radiosity / PI).to_array().map(|v| v as f32)
+        Arriving { direct: mean(Light::Direct), indirect: mean(Light::Indirect) }
     }
+}
+
+/// Irradiance of a corner, W/m².
+#[derive(Debug, Clone, Copy, Default)]
+struct Arriving {
+    direct: DVec3,
+    indirect: DVec3,
 }

@@ -2,6 +2,7 @@
 
 mod common;
 
+use antumbra::settings::Settings;
 use antumbra::weld::Bake;
 use common::baked::{area, assert_sound, light};
 use common::scene::{Scene, adaptive, arriving, lamp, uniform};
@@ -69,4 +70,23 @@ fn a_room_absorbs_what_a_glowing_slab_in_it_emits() {
     scene.object("slab", slab, glow);
     let emitted = 5.0 * (2.0 * 0.36 + 4.0 * 0.6 * 0.04);
     assert_balanced(&scene, &scene.bake(&arriving(adaptive())), emitted, 0.02);
+}
+
+/// Whatever the scene, direct and indirect light make up all light at every corner.
+#[test]
+fn layers_add_up_to_the_whole() {
+    let mut scene = room();
+    scene.light(&lamp(DVec3::new(1.5, 2.0, 2.49), 0.4), 20.0);
+    let bake = scene.bake(&Settings { separate_layers: true, tolerance: 0.05, ..adaptive() });
+    let mut reflected = 0.0_f64;
+    for mesh in &bake.meshes {
+        let layers = mesh.corner_layers.as_ref().expect("layers were asked for");
+        let parts = layers.direct.as_flattened().iter().zip(layers.indirect.as_flattened());
+        for (whole, (direct, indirect)) in mesh.corner_radiance.as_flattened().iter().zip(parts) {
+            let [whole, direct, indirect] = [*whole, *direct, *indirect].map(light);
+            assert!((whole - direct - indirect).abs().max_element() <= 1e-6 * whole.max_element().max(1.0));
+            reflected = reflected.max(indirect.max_element());
+        }
+    }
+    assert!(reflected > 0.1, "the walls reflect");
 }

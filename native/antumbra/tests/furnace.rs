@@ -4,7 +4,7 @@
 mod common;
 
 use antumbra::settings::Settings;
-use common::baked::{all_light, assert_sound};
+use common::baked::{all_light, assert_sound, light};
 use common::scene::{Scene, adaptive, arriving, by_shooting, uniform};
 use common::shape::Shape;
 use glam::{DMat4, DQuat, DVec3};
@@ -55,6 +55,26 @@ fn a_cube_that_reflects_nine_tenths_is_ten_times_as_bright_as_it_emits() {
 #[test]
 fn its_irradiance_is_its_radiosity() {
     assert_even(&furnace(cube(), 0.5, 1.0), &arriving(adaptive()), 2.0);
+}
+
+#[test]
+fn its_layers_are_what_walls_emit_and_reflect_once_and_what_was_reflected_before() {
+    let scene = furnace(cube(), 0.5, 1.0);
+    for (quantity, direct, indirect) in [(adaptive(), 1.5, 0.5), (arriving(adaptive()), 1.0, 1.0)] {
+        let bake = scene.bake(&Settings { separate_layers: true, ..quantity });
+        assert_sound(&scene.input, &bake);
+        for mesh in &bake.meshes {
+            let layers = mesh.corner_layers.as_ref().expect("layers were asked for");
+            for (layer, expected) in [(&layers.direct, direct), (&layers.indirect, indirect)] {
+                assert_eq!(layer.len(), mesh.triangles.len());
+                for colour in layer.as_flattened() {
+                    let worst = (light(*colour) - DVec3::splat(expected)).abs().max_element();
+                    assert!(worst <= TOLERANCE * expected, "{colour:?} instead of {expected}/pi");
+                }
+            }
+        }
+    }
+    assert!(scene.bake(&adaptive()).meshes[0].corner_layers.is_none());
 }
 
 #[test]

@@ -32,6 +32,8 @@ fn object(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> ObjectInput {
         triangles,
         corner_normals: None,
         receives: true,
+        blocks: true,
+        sends: true,
     }
 }
 
@@ -56,6 +58,7 @@ fn scene(objects: Vec<ObjectInput>, lamp: Option<[DVec2; 2]>) -> SceneInput {
         name: String::new(),
         reflectance_rgb: [0.0; 3],
         exitance_rgb: [exitance; 3],
+        blocks: true,
     };
     let lights = lamp.map(|bounds| AreaLightInput {
         name: String::new(),
@@ -98,7 +101,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
     let world = World::new(input).expect("the scene is valid");
     let shift = input.objects[0].positions[0] - world.vertices[0];
     let display = display(&world, size, wanted);
-    let irradiance = display.irradiance(DVec3::ONE);
+    let [irradiance, _] = display.layers(DVec3::ONE);
     let samples = display.samples();
     let mut found = Vec::new();
     for (face, corners) in display.triangles() {

@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3};
 pub struct SceneInput {
     /// Surface materials; triangles refer to them by index.
     pub materials: Vec<MaterialInput>,
-    /// Mesh objects. Every one blocks and reflects; those with `receives` are baked.
+    /// Mesh objects. Every one blocks and reflects unless it says otherwise; those with `receives` are baked.
     pub objects: Vec<ObjectInput>,
     /// Lights that are not meshes.
     pub lights: Vec<AreaLightInput>,
@@ -25,6 +25,9 @@ pub struct MaterialInput {
     pub reflectance_rgb: [f64; 3],
     /// Exitance `pi·L` per channel in W/m², on both sides of the surface.
     pub exitance_rgb: [f64; 3],
+    /// Whether it stops light. What does not is lit and shown, and emits, but reflects nothing to others: all light
+    /// goes on behind it, and reflecting a part of it too would make light of nothing.
+    pub blocks: bool,
 }
 
 /// A triangle mesh in its own space.
@@ -44,6 +47,10 @@ pub struct ObjectInput {
     pub corner_normals: Option<Vec<[DVec3; 3]>>,
     /// Whether this object is baked.
     pub receives: bool,
+    /// Whether it stops light, where its materials do.
+    pub blocks: bool,
+    /// Whether others get light from it.
+    pub sends: bool,
 }
 
 /// A flat light that does not block and sends light to one side.

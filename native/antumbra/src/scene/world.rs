@@ -4,6 +4,7 @@
 //! every index in range, every [`Face`] has an area and a unit normal on its front side, mirrored objects included.
 
 use glam::{DMat3, DVec3};
+use rustc_hash::FxHashMap;
 
 use crate::error::Error;
 use crate::index::{FaceId, typed_index};
@@ -26,6 +27,7 @@ pub(crate) struct Face {
     /// Unit normal of the front side.
     pub(crate) normal: DVec3,
     pub(crate) area: f64,
+    /// Index into [`World::materials`], which has more of them than the input.
     pub(crate) material: u32,
     /// Unit shading normals; `None` on flat faces.
     pub(crate) corner_normals: Option<[DVec3; 3]>,
@@ -43,7 +45,11 @@ pub(crate) struct WorldObject {
 /// The scene that the solver works on.
 #[derive(Debug)]
 pub(crate) struct World {
+    /// Materials as they take part in the exchange of light: one that does not block, or whose object sends nothing to
+    /// others, is there once more without what it does not send.
     pub(crate) materials: Vec<MaterialInput>,
+    /// The same materials as they are shown.
+    pub(crate) shown_materials: Vec<MaterialInput>,
     pub(crate) objects: Vec<WorldObject>,
     pub(crate) vertices: Vec<DVec3>,
     pub(crate) faces: Vec<Face>,
@@ -67,6 +73,7 @@ impl World {
         }
         let mut world = Self {
             materials: input.materials.clone(),
+            shown_materials: input.materials.clone(),
             objects: Vec::with_capacity(input.objects.len()),
             vertices: Vec::new(),
             faces: Vec::new(),
@@ -86,8 +93,9 @@ impl World {
             });
         }
         world.centre();
+        let mut twins = FxHashMap::default();
         for (id, object) in input.objects.iter().enumerate() {
-            world.add_faces(ObjectId::new(id), object);
+            world.add_faces(ObjectId::new(id), object, &mut twins);
         }
         world.drop_lights_without_area();
         Ok(world)
@@ -98,9 +106,14 @@ impl World {
         face.vertices.map(|v| self.vertices[v as usize])
     }
 
-    /// The material of a face.
+    /// The material of a face as it takes part in the exchange of light.
     pub(crate) fn material(&self, face: FaceId) -> &MaterialInput {
         &self.materials[self.faces[face.index()].material as usize]
+    }
+
+    /// The material of a face as it is shown.
+    pub(crate) fn shown_material(&self, face: FaceId) -> &MaterialInput {
+        &self.shown_materials[self.faces[face.index()].material as usize]
     }
 
     /// Whether a face belongs to an object that is baked.
@@ -135,7 +148,32 @@ impl World {
         }
     }
 
-    fn add_faces(&mut self, id: ObjectId, object: &ObjectInput) {
+    /// The number of a material as an object that takes this part in the exchange has it.
+    fn material_taking(&mut self, part: Part, material: u32, twins: &mut Twins) -> u32 {
+        let shown = &self.shown_materials[material as usize];
+        let blocks = part.blocks && shown.blocks;
+        if blocks && part.sends {
+            return material;
+        }
+        if let Some(&twin) = twins.get(&(material, part)) {
+            return twin;
+        }
+        let shown = shown.clone();
+        let exitance_rgb = if part.sends { shown.exitance_rgb } else { [0.0; 3] };
+        let twin = self.materials.len() as u32;
+        self.materials.push(MaterialInput {
+            name: shown.name.clone(),
+            reflectance_rgb: [0.0; 3],
+            exitance_rgb,
+            blocks,
+        });
+        self.shown_materials.push(shown);
+        twins.insert((material, part), twin);
+        twin
+    }
+
+    fn add_faces(&mut self, id: ObjectId, object: &ObjectInput, twins: &mut Twins) {
+        let part = Part { blocks: object.blocks, sends: object.sends };
         let first_face = self.faces.len();
         let first_vertex = self.objects[id.index()].first_vertex;
         let linear = DMat3::from_mat4(object.world_from_object);
@@ -160,13 +198,14 @@ impl World {
                 let flat = turned.iter().all(|n| n.distance_squared(normal) < SAME_NORMAL);
                 (!flat).then_some(turned)
             });
+            let material = self.material_taking(part, object.triangle_materials[t], twins);
             self.faces.push(Face {
                 object: id,
                 source_triangle: t as u32,
                 vertices,
                 normal,
                 area: polygon.area(),
-                material: object.triangle_materials[t],
+                material,
                 corner_normals,
             });
         }
@@ -187,6 +226,16 @@ impl World {
         });
     }
 }
+
+/// Which part an object takes in the exchange of light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Part {
+    blocks: bool,
+    sends: bool,
+}
+
+/// Materials of the input that are there once more, by the part that they take.
+type Twins = FxHashMap<(u32, Part), u32>;
 
 /// Squared distance below which two unit normals are the same: an angle of 1e-5, a hundred roundings of f32. Smaller
 /// would split the corners of one smooth fan, larger would melt facets of a 100,000-gon together.

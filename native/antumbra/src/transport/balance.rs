@@ -100,7 +100,7 @@ impl Balance {
         let (mut reflected, mut area) = (DVec3::ZERO, 0.0);
         for (irradiance, patch) in self.patch_irradiance.iter().zip(&sources.patches) {
             if patch.receives {
-                let reflectance = if white { DVec3::ONE } else { patch.reflectance };
+                let reflectance = if white { DVec3::ONE } else { patch.shown };
                 reflected += patch.polygon.area() * reflectance * irradiance[Side::Front as usize];
                 area += patch.polygon.area();
             }

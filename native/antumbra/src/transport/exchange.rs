@@ -12,7 +12,7 @@
 use glam::DVec3;
 
 use crate::transport::enclosure::Enclosure;
-use crate::transport::hierarchy::Hierarchy;
+use crate::transport::hierarchy::{Hierarchy, Surface};
 use crate::transport::links::Link;
 
 /// Steps of the scaling. Each leaves about the square root of the defect that links of few points have; tens suffice.
@@ -77,9 +77,13 @@ impl<'a> Exchange<'a> {
         }
     }
 
-    /// What share of what a leaf sends arrives anywhere.
+    /// What share of what a leaf sends arrives at anything that stops it.
     fn row_sums(&self) -> Vec<f64> {
-        self.apply(&vec![DVec3::ONE; self.hierarchy.nodes.len()]).into_iter().map(|sum| sum.x).collect()
+        let stops = |surface: Option<&Surface>| surface.is_none_or(|surface| surface.blocks);
+        let nodes = self.hierarchy.nodes.iter();
+        let ones: Vec<DVec3> =
+            nodes.map(|node| DVec3::splat(f64::from(stops(self.hierarchy.surface(node))))).collect();
+        self.apply(&ones).into_iter().map(|sum| sum.x).collect()
     }
 
     /// Irradiance of every leaf. Other entries have no meaning, and those of `radiosity` do not matter. W/m².

@@ -374,7 +374,7 @@ impl<'a> Hierarchical<'a> {
             let Some(surface) = self.hierarchy.surface(node).filter(|surface| surface.receives) else {
                 continue;
             };
-            let reflectance = if white { DVec3::ONE } else { surface.reflectance };
+            let reflectance = if white { DVec3::ONE } else { surface.shown };
             sum += node.area * reflectance * irradiance[id.index()];
             area += node.area;
         }

@@ -30,8 +30,12 @@ pub(crate) struct Surface {
     pub(crate) faces: SmallVec<[FaceId; 2]>,
     pub(crate) side: Side,
     pub(crate) reflectance: DVec3,
+    /// [`Patch::shown`](crate::transport::sources::Patch::shown).
+    pub(crate) shown: DVec3,
     /// Whether its light is shown.
     pub(crate) receives: bool,
+    /// Whether what arrives ends here; otherwise it is counted where it goes on to.
+    pub(crate) blocks: bool,
     pub(crate) node: NodeId,
 }
 
@@ -119,7 +123,9 @@ impl Hierarchy {
                     faces: faces.clone(),
                     side,
                     reflectance: patch.reflectance,
+                    shown: patch.shown,
                     receives: patch.receives && front,
+                    blocks: faces.iter().all(|&face| world.material(face).blocks),
                     node: NodeId::new(0),
                 });
             }

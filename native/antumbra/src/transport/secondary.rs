@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::index::ElementId;
+use crate::index::{ElementId, FaceId};
 use crate::mesh::{Mesh, Side};
 use crate::scene::world::World;
 use crate::transport::sources::whole_faces;
@@ -18,6 +18,7 @@ use crate::visibility::ConvexPolygon;
 pub(crate) struct Reflector {
     /// Its normal is on the front.
     pub(crate) polygon: ConvexPolygon,
+    /// Of its first face.
     pub(crate) material: u32,
     /// Mean radiosity of the first bounce, front and back, W/m².
     pub(crate) radiosity: [DVec3; 2],
@@ -52,10 +53,11 @@ pub(crate) fn reflectors(world: &World, received: &[OnFace]) -> Vec<Reflector> {
     let reflector = |halves: &[usize], polygon: ConvexPolygon| {
         let area: f64 = halves.iter().map(|&face| received[face].1).sum();
         let material = world.faces[halves[0]].material;
-        let reflectance = DVec3::from_array(world.materials[material as usize].reflectance_rgb);
+        let reflectance = |face: usize| DVec3::from_array(world.material(FaceId::new(face)).reflectance_rgb);
         let radiosity = Side::BOTH.map(|side| {
-            let power: DVec3 = halves.iter().map(|&face| received[face].0[side as usize]).sum();
-            if area > 0.0 { reflectance * power / area } else { DVec3::ZERO }
+            let sent = |&face: &usize| reflectance(face) * received[face].0[side as usize];
+            let power: DVec3 = halves.iter().map(sent).sum();
+            if area > 0.0 { power / area } else { DVec3::ZERO }
         });
         Reflector { polygon, material, radiosity }
     };

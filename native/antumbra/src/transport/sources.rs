@@ -26,6 +26,8 @@ pub(crate) struct Patch {
     pub(crate) polygon: ConvexPolygon,
     pub(crate) elements: SmallVec<[ElementId; 2]>,
     pub(crate) reflectance: DVec3,
+    /// The same where it is shown; more where the patch reflects nothing to others.
+    pub(crate) shown: DVec3,
     pub(crate) receives: bool,
 }
 
@@ -106,15 +108,25 @@ impl Sources {
     }
 }
 
-/// The polygons that block light: every face, paired where two are one quadrilateral.
+/// The polygons that block light: every face that does, paired where two are one quadrilateral.
 pub(crate) fn blocking_polygons(world: &World) -> Vec<ConvexPolygon> {
     whole_faces(world).into_iter().map(|merged| merged.polygon).collect()
 }
 
-/// Every face, paired where two are one quadrilateral; halves are indices of faces.
+/// Every face that blocks, paired where two are one quadrilateral, of whatever materials; halves are indices of faces.
 pub(crate) fn whole_faces(world: &World) -> Vec<Merged> {
-    let halves: Vec<Half> = world.faces.iter().map(|face| front_half(world, face)).collect();
-    merge(&halves)
+    let blocks = |face: &FaceId| world.material(*face).blocks;
+    let faces: Vec<FaceId> = FaceId::range(0..world.faces.len()).filter(blocks).collect();
+    let half = |face: &FaceId| {
+        let face = &world.faces[face.index()];
+        Half { key: face.object.index() as u64, ..front_half(world, face) }
+    };
+    let halves: Vec<Half> = faces.iter().map(half).collect();
+    let mut merged = merge(&halves);
+    for half in merged.iter_mut().flat_map(|merged| &mut merged.halves) {
+        *half = faces[*half].index();
+    }
+    merged
 }
 
 fn exitance(world: &World, face: &Face) -> DVec3 {
@@ -156,6 +168,53 @@ fn patch(world: &World, mesh: &Mesh, elements: &[ElementId], merged: Merged) -> 
         polygon: merged.polygon,
         elements,
         reflectance: DVec3::from_array(world.material(face).reflectance_rgb),
+        shown: DVec3::from_array(world.shown_material(face).reflectance_rgb),
         receives: world.receives(face),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{MaterialInput, ObjectInput, SceneInput};
+    use glam::DMat4;
+
+    /// A square of two triangles with these materials.
+    fn square(materials: [u32; 2]) -> World {
+        let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let material = |reflectance: f64| MaterialInput {
+            name: "paint".to_owned(),
+            reflectance_rgb: [reflectance; 3],
+            exitance_rgb: [0.0; 3],
+            blocks: true,
+        };
+        let object = ObjectInput {
+            name: "square".to_owned(),
+            positions: vec![at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)],
+            world_from_object: DMat4::IDENTITY,
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            triangle_materials: materials.to_vec(),
+            corner_normals: None,
+            receives: true,
+            blocks: true,
+            sends: true,
+        };
+        let input = SceneInput {
+            materials: vec![material(0.2), material(0.6)],
+            objects: vec![object],
+            ..SceneInput::default()
+        };
+        World::new(&input).expect("a square is valid")
+    }
+
+    #[test]
+    fn a_textured_square_blocks_as_one_and_sends_as_two() {
+        for (materials, patches) in [([0, 0], 1), ([0, 1], 2)] {
+            let world = square(materials);
+            assert_eq!(blocking_polygons(&world).len(), 1);
+            let mesh = Mesh::new(&world);
+            let roots: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).collect();
+            assert_eq!(Sources::new(&world, &mesh, &roots).patches.len(), patches);
+        }
     }
 }

@@ -18,7 +18,7 @@ const RESIDUAL: f64 = 1e-11;
 /// One equation with its solution; all lists are per node and have a meaning for leaves.
 #[derive(Debug, Default)]
 pub(crate) struct System {
-    /// m²; 0 for what is no leaf.
+    /// m²; 0 for what is no leaf, and for leaves at which light does not end.
     areas: Vec<f64>,
     reflectance: Vec<DVec3>,
     /// [`Exchange::factors`].
@@ -52,7 +52,12 @@ impl System {
         exchange.restore(enclosure);
         let nodes = &hierarchy.nodes;
         let mut system = Self {
-            areas: nodes.iter().map(|node| if node.is_leaf() { node.area } else { 0.0 }).collect(),
+            areas: (nodes.iter())
+                .map(|node| {
+                    let ends = hierarchy.surface(node).is_some_and(|surface| surface.blocks);
+                    if ends && node.is_leaf() { node.area } else { 0.0 }
+                })
+                .collect(),
             reflectance: (nodes.iter())
                 .map(|node| hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.reflectance))
                 .collect(),

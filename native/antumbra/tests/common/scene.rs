@@ -24,6 +24,7 @@ impl Scene {
             name: format!("material {index}"),
             reflectance_rgb: [reflectance; 3],
             exitance_rgb: [exitance; 3],
+            blocks: true,
         });
         index
     }
@@ -38,6 +39,8 @@ impl Scene {
             triangles: shape.triangles,
             corner_normals: shape.corner_normals,
             receives: true,
+            blocks: true,
+            sends: true,
         });
         self.input.objects.last_mut().expect("it was just added")
     }

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What any node tree makes of a surface, face by face, from Cycles' own passes at one sample.
+
+Faces whose material cannot be read from its nodes are sampled by small triangles on copies of their objects, in a scene
+of their own that is gone afterwards: the user's objects, meshes and materials are not touched. Two passes are baked
+into these triangles' colours: the diffuse colour with its opacity, of materials without gloss, and the emission. Their
+means over the faces become materials of the solver, as many as there are distinct colours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..core.face_samples import Samples, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
+from ..core.lights import Floats
+from ..core.record import IntArray, Material, SceneRecord, name_list
+from .materials import MOST_BLOCKED, MaterialReader, warn_of_light_through
+from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_metal
+from .studio import Colours, Sitter, Studio, slots_of_faces
+
+# Samples over all surfaces of a scene, besides the three of every triangle: about a second of Cycles.
+_SAMPLES = 300_000
+
+# Benches that Cycles sees at a time. It is told all of them anew for each, so more at a time take time in square, and
+# fewer take more of what each scene costs.
+_BATCH = 64
+
+# A face varies when its colours deviate by more than this from their mean: what a picture over it makes visible.
+_VARIES = 0.02
+
+
+def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> None:
+    """Give the faces of unreadable materials what Cycles sees on them, or their materials what has to do instead."""
+    materials = {material.session_uid: material for material in bpy.data.materials}
+    sitters = _sitters(scene, reader, materials)
+    if not sitters:
+        return
+    if not hasattr(bpy.types.Scene, "cycles"):
+        _do_without(sitters, reader)
+        return
+    neutral = NeutralMaterials(reader.metals_are_matte)
+    varying: list[str] = []
+    through: dict[int, list[float]] = {}
+    try:
+        for sitter, samples, colours in _passes(sitters, neutral):
+            face_materials = _face_materials(scene, sitter, samples, colours, varying, through)
+            for index in sitter.records:
+                scene.objects[index] = replace(scene.objects[index], face_materials=face_materials)
+    except RuntimeError as error:
+        # Blender's own refusal: another render is running, or Cycles cannot start.
+        scene.warnings.append(f"Cycles could not look at the materials ({str(error).strip()})")
+        _do_without(sitters, reader)
+    finally:
+        neutral.remove()
+    for material in {m.session_uid: m for sitter in sitters for m in sitter.materials if m is not None}.values():
+        if has_metal(material):
+            reader.warn_of_metal(material)
+    for index, shares in through.items():
+        warn_of_light_through(scene, scene.materials[index].name, float(np.mean(shares)))
+    if varying and quantity == "RADIOSITY":
+        scene.warnings.append(
+            f"colours vary within faces, which show their mean: {name_list(sorted(set(varying)))}; set the quantity to "
+            "Light Only and multiply it with the texture to keep both"
+        )
+
+
+def _sitters(scene: SceneRecord, reader: MaterialReader, materials: dict[int, Any]) -> list[Sitter]:
+    """What has to be looked at; instances of one mesh once, unless their place or object shows in their colours."""
+    by_key: dict[tuple[object, ...], Sitter] = {}
+    coordinates: dict[int | None, set[str]] = {None: set()}
+    for index, record in enumerate(scene.objects):
+        surface = record.surface
+        wanted = np.array([reader.wants_passes(slot, bool(surface.active_uv)) for slot in record.slot_materials])
+        if not wanted.any():
+            continue
+        used = np.unique(slots_of_faces(surface, len(record.slot_materials)))
+        uids = [record.slot_uids[slot] for slot in used if wanted[slot]]
+        if not uids:
+            continue
+        for uid in uids:
+            if uid not in coordinates:
+                coordinates[uid] = coordinates_of(materials[uid])
+        depends_on = set().union(*(coordinates[uid] for uid in uids))
+        key = (id(surface), record.slot_uids, index if PLACED in depends_on else -1)
+        if key not in by_key:
+            own = [
+                materials[uid] if looked_at and uid is not None else None
+                for uid, looked_at in zip(record.slot_uids, wanted, strict=False)
+            ]
+            by_key[key] = Sitter(
+                surface, record.world_from_object, own, record.slot_materials, wanted, depends_on, len(by_key)
+            )
+        by_key[key].records.append(index)
+    return list(by_key.values())
+
+
+def _do_without(sitters: list[Sitter], reader: MaterialReader) -> None:
+    for sitter in sitters:
+        for slot in np.flatnonzero(sitter.wanted):
+            reader.do_without_passes(sitter.slot_materials[slot])
+
+
+def _passes(sitters: list[Sitter], neutral: NeutralMaterials) -> Iterator[tuple[Sitter, Samples, Colours]]:
+    """Each sitter's samples, and what the passes show there."""
+    areas = [_sampled_area(sitter) for sitter in sitters]
+    scale = [_area_scale(sitter.world_from_object) for sitter in sitters]
+    whole = sum(float(np.maximum(area, 0.0).sum()) * factor for area, factor in zip(areas, scale, strict=True))
+    density = _SAMPLES / whole if whole > 0.0 else 0.0
+    benches = _benches(sitters)
+    for first in range(0, len(benches), _BATCH):
+        with Studio(neutral) as studio:
+            for members in benches[first : first + _BATCH]:
+                seated = []
+                for index in members:
+                    area = areas[index]
+                    levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * scale[index]), 0)
+                    seated.append((sitters[index], place_samples(sitters[index].surface, levels)))
+                studio.seat(seated)
+            yield from studio.look()
+
+
+def _benches(sitters: list[Sitter]) -> list[list[int]]:
+    """Sitters that can be looked at as one."""
+    open_benches: dict[object, list[int]] = {}
+    benches = []
+    for index, sitter in enumerate(sitters):
+        key = sitter.bench
+        members = open_benches.get(key)
+        if members is None or len(members) == sitter.neighbours:
+            members = open_benches[key] = []
+            benches.append(members)
+        members.append(index)
+    return benches
+
+
+def _sampled_area(sitter: Sitter) -> Floats:
+    """(T,) object-space areas, less than none for triangles that nobody looks at."""
+    slots = sitter.slots()[sitter.surface.triangle_faces]
+    return np.where(sitter.wanted[slots], triangle_areas(sitter.surface), -0.5)
+
+
+def _area_scale(world_from_object: Floats) -> float:
+    """About how many times larger areas are in the world."""
+    return float(abs(np.linalg.det(world_from_object[:3, :3])) ** (2.0 / 3.0))
+
+
+def _face_materials(
+    scene: SceneRecord,
+    sitter: Sitter,
+    samples: Samples,
+    colours: Colours,
+    varying: list[str],
+    through: dict[int, list[float]],
+) -> IntArray:
+    """(F,) material of each face, new ones added to the scene."""
+    surface = sitter.surface
+    slots = sitter.slots()
+    shown = any(scene.objects[index].receives for index in sitter.records)
+    by_slot = np.asarray(sitter.slot_materials, dtype=np.int32)
+    face_materials = by_slot[slots]
+    found = means_of_faces(surface, samples, colours)
+    faces = np.flatnonzero(sitter.wanted[slots] & np.isfinite(found.mean[:, 0]))
+    if len(faces) == 0:
+        return face_materials
+
+    # Name what is lost
+    at = by_slot[slots[faces]]
+    opacity = np.clip(found.mean[faces, 3], 0.0, 1.0)
+    for material in np.unique(at):
+        of_material = at == material
+        name = scene.materials[material].name
+        if shown and found.deviation[faces[of_material]].max() > _VARIES:
+            varying.append(name)
+        through.setdefault(int(material), []).append(1.0 - float(opacity[of_material].mean()))
+    if found.mean[faces, :3].max() > 1.0 + 1e-3:
+        bright = sorted({scene.materials[m].name for m in at[found.mean[faces, :3].max(axis=1) > 1.0 + 1e-3]})
+        scene.warnings.append(f"materials that reflect more than arrives reflect all of it: {name_list(bright)}")
+
+    # One material for each distinct colour of each slot
+    reflectance, exitance = rounded(
+        np.clip(found.mean[faces, :3], 0.0, 1.0), math.pi * np.maximum(found.mean[faces, 4:7], 0.0)
+    )
+    blocks = 1.0 - opacity <= MOST_BLOCKED
+    rows = np.concatenate([at[:, None], blocks[:, None], reflectance, exitance], axis=1)
+    distinct, which = np.unique(rows, axis=0, return_inverse=True)
+    first = len(scene.materials)
+    for row in distinct.tolist():
+        name = scene.materials[int(row[0])].name
+        scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), bool(row[1])))
+    face_materials[faces] = first + which.reshape(-1)
+    return face_materials

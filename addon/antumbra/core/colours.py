@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The light of a baked mesh as colour attributes, in the way that the user wants to store it, and what that loses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .carry import BakedMesh
+from .lights import Floats
+from .record import Attribute, FloatArray
+from .settings import Settings
+
+RADIOSITY = "Radiosity"
+"""Name of the colour attribute that a bake writes."""
+
+DIRECT, INDIRECT = "Radiosity Direct", "Radiosity Indirect"
+"""Names of those with its two parts."""
+
+LIGHT = frozenset({RADIOSITY, DIRECT, INDIRECT})
+
+# A jump of light around a vertex that nobody would notice, as a share of the brightest light on the mesh: a step of
+# 8-bit colour is as large.
+_NOTICEABLE = 1.0 / 255.0
+
+
+def light_attributes(baked: BakedMesh, settings: Settings) -> list[Attribute]:
+    """The colour attributes of a baked mesh, opaque, the one with all light first."""
+    attributes = []
+    for name, radiance in _layers(baked):
+        rgb = _mean_at_vertices(radiance, baked) if settings.domain == "POINT" else radiance
+        rgba = np.ones((len(rgb), 4), dtype=np.float32)
+        rgba[:, :3] = rgb
+        attributes.append(Attribute(name, settings.domain, settings.data_type, rgba, blends=True))
+    return attributes
+
+
+def storage_losses(meshes: list[BakedMesh], settings: Settings) -> list[str]:
+    """What the chosen way of storing loses of this light, one sentence each."""
+    losses = []
+    if settings.domain == "POINT":
+        counts = np.array([_vertices_with_jumps(baked) for baked in meshes])
+        if counts[:, 0].any():
+            losses.append(
+                f"domain POINT: at {counts[:, 0].sum():,} of {counts[:, 1].sum():,} vertices the light differs around "
+                "the vertex, and its mean is kept; CORNER keeps each"
+            )
+    if settings.data_type == "BYTE_COLOR":
+        brightest = [float(radiance.max(initial=0.0)) for baked in meshes for _, radiance in _layers(baked)]
+        if max(brightest, default=0.0) > 1.0:
+            losses.append(
+                f"data_type BYTE_COLOR: colours up to {max(brightest):.3g} were clipped at 1; FLOAT_COLOR keeps them"
+            )
+    return losses
+
+
+def _layers(baked: BakedMesh) -> list[tuple[str, FloatArray]]:
+    """The layers that there are, (3T, 3) each."""
+    layers = ((RADIOSITY, baked.corner_radiance), (DIRECT, baked.corner_direct), (INDIRECT, baked.corner_indirect))
+    return [(name, radiance.reshape(-1, 3)) for name, radiance in layers if radiance is not None]
+
+
+def _mean_at_vertices(rgb: FloatArray, baked: BakedMesh) -> Floats:
+    """(V, 3) from (3T, 3): each vertex's mean over its corners, by the angles of the triangles there.
+
+    By angles, since a plain mean would change with how a flat face happens to be cut.
+    """
+    corners = baked.triangles.reshape(-1)
+    angles = _corner_angles(baked.positions[baked.triangles]).reshape(-1)
+    count = len(baked.positions)
+    whole = np.bincount(corners, weights=angles, minlength=count)
+    sums = [np.bincount(corners, weights=angles * rgb[:, channel], minlength=count) for channel in range(3)]
+    return np.asarray(np.stack(sums, axis=1) / whole[:, None])
+
+
+def _corner_angles(triangles: Floats) -> Floats:
+    """(T, 3) radians, from (T, 3, 3) positions."""
+    forward = np.roll(triangles, -1, axis=1) - triangles
+    backward = np.roll(triangles, 1, axis=1) - triangles
+    across = np.linalg.norm(np.cross(forward, backward), axis=2)
+    along = np.einsum("tkx,tkx->tk", forward, backward)
+    # A triangle without area may be all that a vertex has.
+    return np.asarray(np.maximum(np.arctan2(across, along), np.finfo(np.float32).tiny))
+
+
+def _vertices_with_jumps(baked: BakedMesh) -> tuple[int, int]:
+    """How many vertices have corners whose light differs noticeably, of how many."""
+    corners = baked.triangles.reshape(-1)
+    rgb = baked.corner_radiance.reshape(-1, 3)
+    shape = (len(baked.positions), 3)
+    least, most = np.full(shape, np.inf), np.full(shape, -np.inf)
+    np.minimum.at(least, corners, rgb)
+    np.maximum.at(most, corners, rgb)
+    jumps = (most - least).max(axis=1) > _NOTICEABLE * np.abs(rgb).max(initial=0.0)
+    return int(jumps.sum()), len(jumps)

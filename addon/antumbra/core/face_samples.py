@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colours that vary over faces: where to look at them, and what they are on average.
+
+Every triangle is cut into n² equal ones, and each of these is looked at in three points, the nodes of the rule of three
+points that is exact for quadratic functions (Hammer, Stroud 1956): all of them lie inside, so that no sample falls on a
+seam of a texture, and all count alike. A small triangle through these nodes is a mesh that Blender can bake.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lights import Floats
+from .record import IntArray, Surface
+
+# A pair of triangles of 64² parts has 24,576 samples, as many as a texture of 157² pixels: means of photographs are
+# then known to about a thousandth. More would cost seconds on a scene of walls.
+_MOST_PARTS = 64
+
+# Steps of a distinct colour: reflectance in thousandths of all light, exitance relative to its own size. Faces of one
+# colour can be one material, and two triangles one quadrilateral; errors of half a step are below anyone's tolerance.
+_STEPS = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """Small triangles whose corners are the samples: S of them, a RefinedMesh of its own."""
+
+    positions: Floats
+    vertex_source_triangle: IntArray
+    vertex_barycentric: Floats
+    triangles: IntArray
+    source_triangle: IntArray
+    corner_barycentric: Floats
+    source_edge: NDArray[np.int8]
+
+
+@dataclass(frozen=True, slots=True)
+class FaceMeans:
+    """What was found on each of F faces, or NaN where nobody looked."""
+
+    mean: Floats
+    """(F, K)"""
+    deviation: Floats
+    """(F, K), standard deviation over the face."""
+
+
+def sampling_levels(areas: Floats, samples_per_area: float) -> IntArray:
+    """(T,) how many times each triangle's edges are cut, for about so many samples per area."""
+    wanted = np.sqrt(areas * samples_per_area / 3.0)
+    return np.asarray(np.clip(np.rint(wanted), 1, _MOST_PARTS), dtype=np.int32)
+
+
+def place_samples(surface: Surface, levels: IntArray) -> Samples:
+    """Samples on the triangles of a surface; levels (T,), 0 for triangles that nobody looks at."""
+    sources, barycentrics = [], []
+    for level in np.unique(levels[levels > 0]):
+        chosen = np.flatnonzero(levels == level)
+        nodes = _nodes(int(level))
+        sources.append(np.repeat(chosen, len(nodes)))
+        barycentrics.append(np.tile(nodes, (len(chosen), 1, 1)))
+    source = np.concatenate(sources or [np.empty(0, dtype=np.int64)]).astype(np.int32)
+    barycentric = np.concatenate(barycentrics or [np.empty((0, 3, 3))])
+    corners = surface.positions[surface.triangles[source]].astype(np.float64)
+    positions = np.einsum("sck,skx->scx", barycentric, corners)
+    return Samples(
+        positions=positions.reshape(-1, 3),
+        vertex_source_triangle=np.repeat(source, 3),
+        vertex_barycentric=barycentric.reshape(-1, 3),
+        triangles=np.arange(3 * len(source), dtype=np.int32).reshape(-1, 3),
+        source_triangle=source,
+        corner_barycentric=barycentric,
+        source_edge=np.full((len(source), 3), -1, dtype=np.int8),
+    )
+
+
+def means_of_faces(surface: Surface, samples: Samples, values: NDArray[Any]) -> FaceMeans:
+    """Means over the faces of what was found at the samples, values (3S, K)."""
+    faces = surface.triangle_faces[samples.vertex_source_triangle]
+    # A triangle's samples share its area.
+    per_triangle = np.bincount(samples.vertex_source_triangle, minlength=len(surface.triangles))
+    weights = (triangle_areas(surface) / np.maximum(per_triangle, 1))[samples.vertex_source_triangle]
+    count = len(surface.face_materials)
+    whole = np.bincount(faces, weights=weights, minlength=count)
+    # Faces without area show what was found there all the same.
+    flat = (whole == 0.0)[faces]
+    if flat.any():
+        weights = np.where(flat, 1.0, weights)
+        whole = np.bincount(faces, weights=weights, minlength=count)
+    mean, deviation = [], []
+    with np.errstate(invalid="ignore"):
+        for column in values.T.astype(np.float64):
+            at_face = np.bincount(faces, weights=weights * column, minlength=count) / whole
+            off = column - at_face[faces]
+            mean.append(at_face)
+            deviation.append(np.sqrt(np.bincount(faces, weights=weights * off * off, minlength=count) / whole))
+    return FaceMeans(np.stack(mean, axis=1), np.stack(deviation, axis=1))
+
+
+def triangle_areas(surface: Surface) -> Floats:
+    """(T,) in object space."""
+    corners = surface.positions[surface.triangles].astype(np.float64)
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(0.5 * np.linalg.norm(doubled, axis=1))
+
+
+def rounded(reflectance: Floats, exitance: Floats) -> tuple[Floats, Floats]:
+    """Colours (N, 3) in steps that nobody can tell apart, so that few of them are distinct."""
+    brightest = exitance.max(axis=1, initial=0.0, keepdims=True)
+    scale = np.exp2(np.ceil(np.log2(np.maximum(brightest, np.finfo(np.float64).tiny))))
+    return np.rint(reflectance * _STEPS) / _STEPS, np.rint(exitance / scale * _STEPS) / _STEPS * scale
+
+
+def _nodes(level: int) -> Floats:
+    """(level², 3, 3) barycentric coordinates of the samples of a triangle."""
+    i, j = np.meshgrid(np.arange(level), np.arange(level), indexing="ij")
+    upright = i + j < level
+    turned = i + j < level - 1
+    steps = [np.array([[0, 0], [1, 0], [0, 1]]), np.array([[1, 1], [0, 1], [1, 0]])]
+    at = [np.stack([i[chosen], j[chosen]], axis=1) for chosen in (upright, turned)]
+    uv = np.concatenate([corner[:, None, :] + step for corner, step in zip(at, steps, strict=True)]) / level
+    # Half-way from the middle to the corners lie the nodes.
+    uv = 0.5 * (uv + uv.mean(axis=1, keepdims=True))
+    return np.asarray(np.concatenate([1.0 - uv.sum(axis=2, keepdims=True), uv], axis=2))
