@@ -296,6 +296,7 @@ impl Refinement<'_> {
                 |polygon| receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max);
             let most: DVec3 =
                 (self.gather.sources.roots()).map(|(polygon, sent)| brightest(polygon) * sent).sum();
+            let most = most + self.gather.sources.brightest_beyond(&receivers);
             share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING
         }
     }

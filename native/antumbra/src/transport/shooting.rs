@@ -254,7 +254,7 @@ impl<'a> Shooting<'a> {
         self.receivers = both_sides(&self.mesh.samples);
         self.seeds = (0..self.receivers.len() as u64).collect();
         self.clusters = clusters(&self.receivers, 2 * CLUSTER_SIZE);
-        self.balance = Balance::new(&self.sources, self.emitters.power(), means);
+        self.balance = Balance::new(&self.sources, self.emitters.power, means);
         self.sent = vec![DVec3::ZERO; self.sources.len()];
         self.kept = vec![None; self.sources.len()];
         self.indirect = vec![DVec3::ZERO; self.mesh.samples.len()];

@@ -87,6 +87,15 @@ impl Blockers {
         Ok(())
     }
 
+    /// Whether what is asked holds for any of the polygons that may lie inside a shaft.
+    pub(crate) fn any(&self, shaft: &Shaft, asked: impl Fn(&ConvexPolygon) -> bool) -> bool {
+        let in_shaft = |low, high| shaft.may_touch_box(low, high);
+        let outcome = self.visit(in_shaft, |_, polygon| {
+            if asked(polygon) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        outcome.is_break()
+    }
+
     /// Collects the polygons near a box, in ascending order.
     pub(crate) fn touching(&self, low: DVec3, high: DVec3, margin: f64, found: &mut Vec<u32>) {
         found.clear();

@@ -82,6 +82,66 @@ impl Shaft {
         shaft
     }
 
+    /// Between receiver points, given with the edges of their hull, and whatever is far away in a cone of directions.
+    ///
+    /// `cone`: one direction or the corners of a convex polygon of them, in order. `reach`: how far from the points
+    /// anything can be, metres. `receiver_plane` as for [`Self::new`].
+    pub(crate) fn along(
+        points: &[DVec3],
+        edges: &[[usize; 2]],
+        cone: &[DVec3],
+        reach: f64,
+        receiver_plane: Option<(DVec3, DVec3)>,
+    ) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &p in points {
+            low = low.min(p);
+            high = high.max(p);
+        }
+        let [least, most] = cone.iter().fold([DVec3::ZERO; 2], |[least, most], &direction| {
+            let far = reach * direction.normalize_or_zero();
+            [least.min(far), most.max(far)]
+        });
+        // Between its corners a cone may reach further along an axis than at them.
+        let all = |way: DVec3| if cone.len() > 1 { reach * way.signum() } else { way };
+        low += DVec3::select(least.cmplt(DVec3::ZERO), all(least), DVec3::ZERO);
+        high += DVec3::select(most.cmpgt(DVec3::ZERO), all(most), DVec3::ZERO);
+        let slack = ROUNDING * (high - low).length();
+        let mut shaft = Self { low, high, sides: SmallVec::new(), caps: SmallVec::new(), slack };
+        // Sides through an edge of the cone, then through an edge of the receivers and a direction: what all directions
+        // lie on one side of keeps all rays on that side of where the receivers end.
+        let mut add = |normal: DVec3| {
+            let Some(normal) = normal.try_normalize() else { return };
+            let sides = cone.iter().map(|d| normal.dot(*d) / d.length());
+            let (least, most) =
+                sides.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), s| (l.min(s), m.max(s)));
+            for (normal, inside) in [(normal, least >= -ROUNDING), (-normal, most <= ROUNDING)] {
+                if inside {
+                    let ends = points.iter().map(|&p| normal.dot(p)).fold(f64::INFINITY, f64::min);
+                    // Directions that lie on the plane are off it by rounding, over all of the reach.
+                    shaft.sides.push(HalfSpace { normal, offset: ends - 2.0 * slack });
+                }
+            }
+        };
+        for (k, &direction) in cone.iter().enumerate() {
+            if cone.len() > 2 {
+                add(direction.cross(cone[(k + 1) % cone.len()]));
+            }
+            for &[i, j] in edges {
+                add((points[j] - points[i]).cross(direction));
+            }
+        }
+        if points.len() == 1 && cone.len() == 1 {
+            let across = cone[0].any_orthogonal_vector();
+            add(across);
+            add(cone[0].cross(across));
+        }
+        if let Some((point, normal)) = receiver_plane {
+            shaft.caps.push(HalfSpace { normal, offset: normal.dot(point) + slack });
+        }
+        shaft
+    }
+
     /// Around a box of receivers and the box around a source: looser than [`Self::new`], and a tenth of the work.
     pub(crate) fn of_boxes(receivers: [DVec3; 2], source: &ConvexPolygon) -> Self {
         let vertices = source.vertices();
@@ -89,6 +149,18 @@ impl Shaft {
             vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min),
             vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
         ];
+        let mut shaft = Self::between_boxes(receivers, around);
+        let normal = source.normal();
+        let at = normal.dot(vertices[0]);
+        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), receivers[0], receivers[1]);
+        if normal.dot(nearest) >= at {
+            shaft.caps.push(HalfSpace { normal, offset: at + shaft.slack });
+        }
+        shaft
+    }
+
+    /// The hull of two boxes, given by their lowest and highest corners.
+    pub(crate) fn between_boxes(receivers: [DVec3; 2], around: [DVec3; 2]) -> Self {
         let (low, high) = (receivers[0].min(around[0]), receivers[1].max(around[1]));
         let slack = ROUNDING * (high - low).length();
         let mut shaft = Self { low, high, sides: SmallVec::new(), caps: SmallVec::new(), slack };
@@ -116,13 +188,14 @@ impl Shaft {
                 shaft.sides.push(HalfSpace { normal, offset });
             }
         }
-        let normal = source.normal();
-        let at = normal.dot(vertices[0]);
-        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), receivers[0], receivers[1]);
-        if normal.dot(nearest) >= at {
-            shaft.caps.push(HalfSpace { normal, offset: at + slack });
-        }
         shaft
+    }
+
+    /// The same in front of a plane, given by a point on it and its normal: all receivers lie on it, and all light arrives
+    /// from there.
+    pub(crate) fn capped(mut self, point: DVec3, normal: DVec3) -> Self {
+        self.caps.push(HalfSpace { normal, offset: normal.dot(point) + self.slack });
+        self
     }
 
     /// Whether any part of a box may lie inside.

@@ -1,0 +1,399 @@
+//! Light from all around: the background of the world, on a cube of directions.
+//!
+//! Each face of the cube is divided into cells, and those into four, down to what its radiance is known for. A cell is a
+//! polygon of directions beyond everything, so that its visible part is computed like any other source's; from where
+//! nothing blocks, a whole face of even light is one polygon, and all of an even sky exactly pi·L.
+//!
+//! Cells are divided further, for receivers that share a shaft, where their light is uneven or much stands before them.
+//! One blocker that hides a cell from the corners of a box of receivers hides it from all in it: both are convex.
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::lamps::BEYOND;
+use crate::lamps::gather::Brought;
+use crate::scene::SkyInput;
+use crate::scene::world::World;
+use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
+use crate::transport::gather::rms;
+use crate::visibility::blockers::Blockers;
+use crate::visibility::rays::splitmix;
+use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
+use crate::visibility::{ConvexPolygon, Receiver, hides, unoccluded_form_factor};
+
+/// What a cell may be wrong by when its mean stands for its parts, in wanted errors. The bound is what its largest
+/// deviation would do if all of the cell had it; signs differ from cell to cell.
+const NEGLIGIBLE: f64 = 0.25;
+
+/// Candidates up to which a cell is looked at whole: the exact kernel then costs less than looking for them anew.
+const FEW_CANDIDATES: usize = 12;
+
+/// Candidates that are handed down to the parts of a cell; of more, the tree finds those of each part sooner.
+const MOST_HANDED_DOWN: usize = 256;
+
+/// Times that a cube's face is quartered because of what stands before it: cells of 11 degrees. What is then still
+/// crowded is left to the receivers, and to rays.
+const MOST_DIVISIONS: u32 = 3;
+
+/// What a cell could bring, in wanted errors, below which it is not divided for what stands before it: a ray or two tell
+/// enough of it.
+const FAINT: f64 = 0.3;
+
+/// Form factor of what rounding may leave of a cell that is hidden, where several blockers meet: all of a closed space adds
+/// up to 1 within 1.4e-14, and a room without windows must stay dark.
+const ROUNDING: f64 = 1e-14;
+
+/// Light from all around.
+#[derive(Debug)]
+pub(crate) struct Sky {
+    /// From whole faces to the finest cells.
+    levels: Vec<Level>,
+    /// How far away it is taken to be, metres.
+    reach: f64,
+}
+
+/// Cells of one size: face by face, row by row.
+#[derive(Debug)]
+struct Level {
+    /// pi times the mean radiance, W/m².
+    exitance: Vec<DVec3>,
+    /// The largest difference of any part from it, over the channels, W/m².
+    spread: Vec<f64>,
+}
+
+/// A square on a face of the cube.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    face: usize,
+    level: u32,
+    /// From -1 on, along the two axes that follow the face's.
+    column: usize,
+    row: usize,
+}
+
+impl Cell {
+    fn per_side(self) -> usize {
+        1 << self.level
+    }
+
+    /// The direction of a point of it, 0 to 1 along both axes: one where the cube's half side is one.
+    fn direction(self, across: f64, along: f64) -> DVec3 {
+        let size = 2.0 / self.per_side() as f64;
+        let axis = self.face / 2;
+        let mut direction = DVec3::ZERO;
+        direction[axis] = [1.0, -1.0][self.face % 2];
+        direction[(axis + 1) % 3] = (self.column as f64 + across) * size - 1.0;
+        direction[(axis + 2) % 3] = (self.row as f64 + along) * size - 1.0;
+        direction
+    }
+
+    /// Counter-clockwise seen from the middle of the cube.
+    fn corners(self) -> [DVec3; 4] {
+        let mut corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| self.direction(u, v));
+        if self.face.is_multiple_of(2) {
+            corners.reverse();
+        }
+        corners
+    }
+
+    /// No form factor of it is larger, about: its solid angle over pi, taken from its middle.
+    fn most(self) -> f64 {
+        let size = 2.0 / self.per_side() as f64;
+        let distance = self.direction(0.5, 0.5).length();
+        (size * size / (std::f64::consts::PI * distance.powi(3))).min(1.0)
+    }
+
+    fn parts(self) -> [Self; 4] {
+        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(column, row)| Self {
+            level: self.level + 1,
+            column: 2 * self.column + column,
+            row: 2 * self.row + row,
+            ..self
+        })
+    }
+
+    /// A number of its own, for rays.
+    fn seed(self) -> u64 {
+        ((self.face as u64) << 56)
+            | (u64::from(self.level) << 48)
+            | ((self.column as u64) << 24)
+            | self.row as u64
+    }
+}
+
+/// What may stand before a cell: some of a list, or unknown.
+#[derive(Debug, Clone, Copy)]
+struct Before(Option<(usize, usize)>);
+
+impl SkyInput {
+    /// An even sky.
+    pub fn even(name: &str, exitance_rgb: [f64; 3]) -> Self {
+        Self { name: name.to_owned(), cells_per_side: 1, exitance_rgb: vec![exitance_rgb; 6] }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        if !self.exitance_rgb.as_flattened().iter().all(|v| v.is_finite()) {
+            return Err(Error::LightNotFinite { light: self.name.clone() });
+        }
+        let expected = 6 * self.cells_per_side * self.cells_per_side;
+        if !self.cells_per_side.is_power_of_two() || self.exitance_rgb.len() != expected {
+            let got = self.exitance_rgb.len();
+            return Err(Error::SkyCells { light: self.name.clone(), got, per_side: self.cells_per_side });
+        }
+        Ok(())
+    }
+}
+
+impl Sky {
+    /// The world's, if it sends anything.
+    pub(crate) fn of_world(world: &World) -> Option<Self> {
+        let input = world.sky.as_ref()?;
+        if input.exitance_rgb.as_flattened().iter().all(|&v| v == 0.0) {
+            return None;
+        }
+        let exitance: Vec<DVec3> = input.exitance_rgb.iter().map(|&rgb| DVec3::from_array(rgb)).collect();
+        let finest = Level { spread: vec![0.0; exitance.len()], exitance };
+        let mut levels = vec![finest];
+        let mut level = input.cells_per_side.trailing_zeros();
+        while level > 0 {
+            level -= 1;
+            let coarser = Level::of_parts(levels.last().expect("one is there"), level);
+            levels.push(coarser);
+        }
+        levels.reverse();
+        Some(Self { levels, reach: BEYOND * world.diagonal })
+    }
+
+    /// What a cell sends, and how much that differs within it. Cells finer than those known are as these.
+    fn sends(&self, cell: Cell) -> (DVec3, f64) {
+        let depth = (self.levels.len() - 1).min(cell.level as usize);
+        let finer = cell.level as usize - depth;
+        let per_side = 1 << depth;
+        let index = (cell.face * per_side + (cell.row >> finer)) * per_side + (cell.column >> finer);
+        let Level { exitance, spread } = &self.levels[depth];
+        (exitance[index], spread[index])
+    }
+
+    /// The polygon of a cell around a place.
+    fn polygon(&self, cell: Cell) -> ConvexPolygon {
+        let corners = cell.corners().map(|direction| self.reach * direction);
+        ConvexPolygon::new(&corners).expect("a square has an area; this is a bug in antumbra")
+    }
+
+    /// Power that it sends into a scene of this surface area, about, W: as if each surface saw half of it.
+    pub(crate) fn power(&self, surface_area: f64) -> DVec3 {
+        self.levels[0].exitance.iter().sum::<DVec3>() / 6.0 * 0.5 * surface_area
+    }
+
+    /// What it brings to any of some receivers if nothing blocks, about and at most, per channel, W/m².
+    pub(crate) fn brightest(&self, receivers: &[Receiver]) -> DVec3 {
+        receivers.iter().fold(DVec3::ZERO, |most, receiver| {
+            let of_face = |cell: Cell| {
+                let polygon = self.polygon(cell).moved(receiver.position);
+                unoccluded_form_factor(receiver, &polygon) * self.sends(cell).0.abs()
+            };
+            most.max(faces().map(of_face).sum())
+        })
+    }
+
+    /// What it brings to the receivers of a cluster.
+    ///
+    /// `wanted_error`: W/m², or 0 where nothing is known yet. `found`: gets the receiver's number in the cluster.
+    pub(crate) fn light_cluster(
+        &self,
+        at: Clustered,
+        form_factors: &FormFactors,
+        wanted_error: f64,
+        workspace: &mut Workspace,
+        mut found: impl FnMut(usize, Brought),
+    ) {
+        let (low, high) = at.cluster.bounds();
+        let box_corners = box_corners(low, high);
+        // Where nothing is known yet, a hundredth of the sky's mean is fine enough for a first look.
+        let mean = rms(self.levels[0].exitance.iter().map(|e| e.abs()).sum::<DVec3>() / 6.0);
+        let negligible = if wanted_error > 0.0 { NEGLIGIBLE * wanted_error } else { 0.01 * mean };
+        let worth = if wanted_error > 0.0 { 1.0 / wanted_error } else { f64::INFINITY };
+        let mut lists: Vec<u32> = Vec::new();
+        let mut open: Vec<(Cell, Before)> = faces().map(|cell| (cell, Before(None))).collect();
+        while let Some((cell, before)) = open.pop() {
+            let corners = cell.corners();
+            let above = |k: usize| corners.iter().any(|&d| at.receiver(k).normal.dot(d) > 0.0);
+            let (exitance, spread) = self.sends(cell);
+            if (exitance == DVec3::ZERO && spread == 0.0) || !(0..at.cluster.members.len()).any(above) {
+                continue;
+            }
+            let shaft = Shaft::along(&box_corners, &BOX_EDGES, &corners, self.reach, None);
+            let start = lists.len();
+            let known = narrow(form_factors.blockers, &shaft, before, &mut lists, &mut workspace.shared);
+            let candidates = known.then_some(start..lists.len());
+            if let Some(candidates) = candidates.clone()
+                && lists[candidates].iter().any(|&id| {
+                    let polygon = &form_factors.blockers.polygons()[id as usize];
+                    let hides_all =
+                        |&from: &DVec3| corners.iter().all(|&to| hides(polygon, from, self.reach * to));
+                    box_corners.iter().all(hides_all)
+                })
+            {
+                continue;
+            }
+            let uneven = spread * cell.most() > negligible;
+            let crowded = candidates.as_ref().is_none_or(|list| list.len() > FEW_CANDIDATES)
+                && cell.level < MOST_DIVISIONS
+                && worth * rms(exitance) * cell.most() > FAINT;
+            if uneven || crowded {
+                let before = Before(candidates.map(|list| (list.start, list.end)));
+                open.extend(cell.parts().map(|part| (part, before)));
+                continue;
+            }
+            let candidates = match &candidates {
+                Some(list) => Candidates::Shared(&lists[list.clone()]),
+                None => Candidates::Crowd,
+            };
+            let polygon = self.polygon(cell);
+            for k in (0..at.cluster.members.len()).filter(|&k| above(k)) {
+                let receiver = at.receiver(k);
+                let seed = at.seed(k) ^ splitmix(cell.seed());
+                let polygon = polygon.moved(receiver.position);
+                let worth = worth * rms(exitance);
+                let seen = form_factors.visible(receiver, &polygon, candidates, worth, seed, workspace);
+                if seen.value < ROUNDING {
+                    continue;
+                }
+                found(
+                    k,
+                    Brought {
+                        irradiance: seen.value * exitance,
+                        variance: (seen.noise * exitance).length_squared(),
+                    },
+                );
+            }
+        }
+    }
+}
+
+/// Appends what may stand in a shaft to a list; `false` when it is too much to be one.
+fn narrow(
+    blockers: &Blockers,
+    shaft: &Shaft,
+    before: Before,
+    lists: &mut Vec<u32>,
+    scratch: &mut Vec<u32>,
+) -> bool {
+    if let Before(Some((start, end))) = before {
+        for index in start..end {
+            let candidate = lists[index];
+            if shaft.may_block(&blockers.polygons()[candidate as usize]) {
+                lists.push(candidate);
+            }
+        }
+        return true;
+    }
+    let found = blockers.candidates(shaft, MOST_HANDED_DOWN, scratch).is_ok();
+    if found {
+        lists.extend_from_slice(scratch);
+    }
+    found
+}
+
+/// The whole faces of the cube.
+fn faces() -> impl Iterator<Item = Cell> {
+    (0..6).map(|face| Cell { face, level: 0, column: 0, row: 0 })
+}
+
+impl Level {
+    /// The cells that are twice as large as those of a level, at the level above it.
+    fn of_parts(finer: &Self, level: u32) -> Self {
+        let per_side = 1 << level;
+        let mut this = Self { exitance: Vec::new(), spread: Vec::new() };
+        for face in 0..6 {
+            for row in 0..per_side {
+                for column in 0..per_side {
+                    let parts = Cell { face, level, column, row }.parts();
+                    let index = |part: &Cell| (face * 2 * per_side + part.row) * 2 * per_side + part.column;
+                    // By solid angle
+                    let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+                    for part in &parts {
+                        let weight = part.direction(0.5, 0.5).length().powi(-3);
+                        sum += weight * finer.exitance[index(part)];
+                        weights += weight;
+                    }
+                    let mean = sum / weights;
+                    let spread = (parts.iter())
+                        .map(|part| {
+                            let index = index(part);
+                            (finer.exitance[index] - mean).abs().max_element() + finer.spread[index]
+                        })
+                        .fold(0.0, f64::max);
+                    this.exitance.push(mean);
+                    this.spread.push(spread);
+                }
+            }
+        }
+        this
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sky(cells_per_side: usize, sends: impl Fn(DVec3) -> f64) -> Sky {
+        let level = cells_per_side.trailing_zeros();
+        let mut exitance_rgb = Vec::new();
+        for face in 0..6 {
+            for row in 0..cells_per_side {
+                for column in 0..cells_per_side {
+                    let cell = Cell { face, level, column, row };
+                    exitance_rgb.push([sends(cell.direction(0.5, 0.5).normalize()); 3]);
+                }
+            }
+        }
+        let input = SkyInput { name: "sky".into(), cells_per_side, exitance_rgb };
+        let world = World::new(&crate::scene::SceneInput {
+            materials: Vec::new(),
+            sky: Some(input),
+            ..Default::default()
+        });
+        let mut sky = Sky::of_world(&world.expect("it is valid")).expect("it sends");
+        sky.reach = 1.0;
+        sky
+    }
+
+    #[test]
+    fn cells_tile_the_sphere_and_face_its_middle() {
+        let sky = sky(1, |_| 1.0);
+        let mut cells: Vec<Cell> = faces().collect();
+        for _ in 0..4 {
+            for normal in [DVec3::Z, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::NEG_X] {
+                let receiver = Receiver { position: DVec3::ZERO, normal };
+                let sum: f64 =
+                    cells.iter().map(|&c| unoccluded_form_factor(&receiver, &sky.polygon(c))).sum();
+                assert!((sum - 1.0).abs() < 1e-13, "{sum}");
+            }
+            for cell in &cells {
+                let polygon = sky.polygon(*cell);
+                assert!(polygon.normal().dot(polygon.centroid()) < 0.0);
+                let receiver = Receiver { position: DVec3::ZERO, normal: polygon.centroid().normalize() };
+                assert!(unoccluded_form_factor(&receiver, &polygon) < 1.2 * cell.most());
+            }
+            cells = cells.into_iter().flat_map(Cell::parts).collect();
+        }
+    }
+
+    #[test]
+    fn means_and_spreads_of_cells_hold_their_parts() {
+        let sky = sky(8, |d| if d.z > 0.9 && d.x > 0.2 { 100.0 } else { 1.0 + d.z });
+        for (depth, level) in sky.levels.iter().enumerate().skip(1) {
+            for index in 0..level.exitance.len() {
+                let per_side = 1 << depth;
+                let (face, within) = (index / (per_side * per_side), index % (per_side * per_side));
+                let (row, column) = (within / per_side, within % per_side);
+                let parent = Cell { face, level: depth as u32 - 1, column: column / 2, row: row / 2 };
+                let (mean, spread) = sky.sends(parent);
+                assert!((level.exitance[index] - mean).abs().max_element() <= spread + 1e-12);
+            }
+        }
+        let whole: f64 = sky.levels[0].exitance.iter().map(|e| e.x).sum::<f64>() / 6.0;
+        assert!((1.0..20.0).contains(&whole));
+    }
+}
