@@ -341,6 +341,7 @@ impl<'a> Solver<'a> {
         let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
         let emitters: Vec<LineSource> = self.emitters.polygons.iter().map(LineSource::emitter).collect();
         lines.add(primary.find(&emitters)?);
+        lines.add(primary.find_sharp(&self.emitters.tree.lamps, self.form_factors)?);
 
         // Where no emitter is seen, all the light there is comes from these.
         let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);

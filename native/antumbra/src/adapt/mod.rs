@@ -10,3 +10,4 @@ pub(crate) mod line_search;
 pub(crate) mod line_sources;
 mod line_strength;
 pub(crate) mod refinement;
+mod sharp_lines;
