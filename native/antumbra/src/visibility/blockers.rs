@@ -18,6 +18,8 @@ use crate::visibility::shaft::Shaft;
 /// The blocking polygons of a scene.
 pub(crate) struct Blockers {
     polygons: Vec<ConvexPolygon>,
+    /// The largest of them.
+    large: Vec<u32>,
     tree: Option<Bvh2>,
     /// Size of the scene, for the length of rays.
     diagonal: f64,
@@ -35,7 +37,7 @@ impl Blockers {
     /// Builds the tree. Polygons keep their indices.
     pub(crate) fn new(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
         if polygons.is_empty() {
-            return Self { polygons, tree: None, diagonal };
+            return Self { polygons, large: Vec::new(), tree: None, diagonal };
         }
         let mut boxes: Vec<Aabb> = polygons.iter().map(grown_box).collect();
         // obvhs 0.4.0 gives a primitive centred on the maximum bound the Morton code 0, far from its neighbours, and
@@ -45,7 +47,8 @@ impl Blockers {
         boxes.push(Aabb::from_point(whole.min - margin));
         boxes.push(Aabb::from_point(whole.max + margin));
         let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
-        Self { polygons, tree: Some(tree), diagonal }
+        let large = largest(&polygons);
+        Self { polygons, large, tree: Some(tree), diagonal }
     }
 
     /// Size of the scene, metres.
@@ -56,6 +59,11 @@ impl Blockers {
     /// All polygons, by index.
     pub(crate) fn polygons(&self) -> &[ConvexPolygon] {
         &self.polygons
+    }
+
+    /// Indices of the largest polygons: walls and the like, which hide much at once.
+    pub(crate) fn large(&self) -> &[u32] {
+        &self.large
     }
 
     /// Collects the polygons that could block light inside the shaft, in ascending order.
@@ -173,6 +181,17 @@ impl Blockers {
             }
         })
     }
+}
+
+/// How many polygons count as large: the walls, floors and tops of a few rooms.
+const MOST_LARGE: usize = 64;
+
+fn largest(polygons: &[ConvexPolygon]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..polygons.len() as u32).collect();
+    let area = |index: &u32| polygons[*index as usize].area();
+    order.sort_unstable_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
+    order.truncate(MOST_LARGE);
+    order
 }
 
 /// The polygon's box, grown by the rounding of its corners to f32 and of a ray's origin.
