@@ -7,6 +7,9 @@ use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspa
 use crate::transport::gather::rms;
 use crate::visibility::{Receiver, hides};
 
+/// What light is worth, m²/W, that is to be as exact as it can be.
+const SURELY: f64 = f64::INFINITY;
+
 /// What a lamp brings to one receiver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Brought {
@@ -61,18 +64,23 @@ impl Lamp {
         workspace.shared = shared;
     }
 
-    /// What a lamp that is a point brings to a receiver, W/m²; nothing of others.
-    pub(crate) fn sharp_light(
+    /// What it brings to one receiver, W/m².
+    pub(crate) fn light(
         &self,
         receiver: &Receiver,
-        candidates: Candidates,
         form_factors: &FormFactors,
+        workspace: &mut Workspace,
     ) -> DVec3 {
         match self.seen_from(receiver) {
-            Sight::Point(way, irradiance) if !self.hidden(receiver, way, candidates, form_factors) => {
-                irradiance
+            Sight::Dark => DVec3::ZERO,
+            Sight::Around(irradiance) => irradiance,
+            Sight::Point(way, irradiance) => {
+                let hidden = self.hidden(receiver, way, Candidates::Crowd, form_factors);
+                if hidden { DVec3::ZERO } else { irradiance }
             }
-            _ => DVec3::ZERO,
+            Sight::Polygon(seen) => {
+                seen.light(receiver, form_factors, Candidates::Crowd, SURELY, 0, workspace).irradiance
+            }
         }
     }
 

@@ -1,4 +1,4 @@
-//! Shadows of a sun without an angle and of points: mesh edges on their borders, and both sides' light right.
+//! Shadows of suns and points: mesh edges on their borders, and, where they are sharp, both sides' light right.
 
 mod common;
 
@@ -229,4 +229,60 @@ fn the_shadow_of_what_stands_on_the_floor_begins_at_its_foot() {
         let lit = 3.0 / TOWARDS.length();
         assert!(light.y == 0.0 || (light.y - lit).abs() < 1e-5, "{} at {p}", light.y);
     }
+}
+
+/// A board that ends at x = 0, a metre above a floor, below a round lamp: the borders of its penumbra are where the lamp's
+/// border is seen past its edge.
+#[test]
+fn mesh_edges_lie_on_the_borders_of_a_round_lamps_penumbra() {
+    let half = 0.1_f64;
+    let soft_sun = LampShape::Sun { direction: DVec3::Z, angle: 2.0 * half, irradiance_rgb: [3.0; 3] };
+    let round = |faces_receiver: bool| LampShape::Point {
+        position: ABOVE,
+        radius: 0.3,
+        faces_receiver,
+        intensity_rgb: [20.0; 3],
+        cone: None,
+    };
+    // Past the edge, 2 m below its middle, the sphere is as wide as its tangents.
+    let sphere = (0.3_f64 / 2.0).asin().tan();
+    for (shape, border) in [(soft_sun, half.tan()), (round(true), 0.15), (round(false), sphere)] {
+        let mut scene = Scene::default();
+        let black = scene.material(0.0, 0.0);
+        scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
+        let board = Shape::quad(DVec3::new(-9.0, -9.0, 1.0), DVec3::X * 9.0, DVec3::Y * 18.0);
+        scene.blocker("board", board, black);
+        scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: shape.clone() });
+        for method in WITH_LINES {
+            let bake = scene.bake(&lines_only(method));
+            assert_sound(&scene.input, &bake);
+            for x in [-border, border] {
+                let line = [DVec3::new(x, -3.0, 0.0), DVec3::new(x, 3.0, 0.0)];
+                let missing = uncovered(&bake.meshes[0], line, ON_THE_LINE * 6.0);
+                assert_eq!(missing, 0.0, "{method:?}, {shape:?}: share of {line:?} without mesh edges");
+            }
+        }
+    }
+}
+
+/// Blender's default sun, half a degree wide: penumbrae of a centimetre.
+#[test]
+fn a_narrow_penumbra_takes_few_vertices() {
+    let scene = |angle: f64| {
+        let LampShape::Sun { direction, irradiance_rgb, .. } = sun() else { unreachable!("it is a sun") };
+        floating_cube(LampShape::Sun { direction, angle, irradiance_rgb })
+    };
+    let bake = scene(0.00918).bake(&arriving(adaptive()));
+    assert_sound(&scene(0.00918).input, &bake);
+    let shadow = sun_shadow();
+    for (p, light) in corners(&bake.meshes[0]) {
+        let beside = outside(&shadow, p);
+        if beside.abs() > 0.02 {
+            let expected = if beside > 0.0 { 3.0 / TOWARDS.length() } else { 0.0 };
+            assert!((light.y - expected).abs() < 0.01 * 3.0, "{} instead of {expected} at {p}", light.y);
+        }
+    }
+    let vertices = bake.meshes[0].positions.len();
+    println!("{vertices} vertices, {} lines", bake.report.result.lines.drawn);
+    assert!(vertices < 400, "{vertices}");
 }
