@@ -46,7 +46,7 @@ def rendered_cube(world: bpy.types.World) -> Floats:
         bpy.data.objects.remove(viewer)
         bpy.data.cameras.remove(camera)
         bpy.data.scenes.remove(scene)
-        # The first render of a session makes one for its result.
+        # The first render of all makes one for its result.
         for image in [image for image in bpy.data.images if image.name not in images_before]:
             bpy.data.images.remove(image)
     return faces

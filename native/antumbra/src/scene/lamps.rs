@@ -108,7 +108,7 @@ impl LampInput {
         }
     }
 
-    pub(crate) fn validate(&self) -> Result<(), Error> {
+    pub(super) fn validate(&self) -> Result<(), Error> {
         let name = || self.name.clone();
         let finite =
             self.strength_rgb().iter().all(|v| v.is_finite()) && self.points().iter().all(|p| p.is_finite());
@@ -140,5 +140,24 @@ impl LampInput {
             }
             LampShape::Panel { spread, .. } => within("spread", *spread, std::f64::consts::PI),
         }
+    }
+}
+
+impl SkyInput {
+    /// An even sky.
+    pub fn even(name: &str, exitance_rgb: [f64; 3]) -> Self {
+        Self { name: name.to_owned(), cells_per_side: 1, exitance_rgb: vec![exitance_rgb; 6] }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), Error> {
+        if !self.exitance_rgb.as_flattened().iter().all(|v| v.is_finite()) {
+            return Err(Error::LightNotFinite { light: self.name.clone() });
+        }
+        let expected = 6 * self.cells_per_side * self.cells_per_side;
+        if !self.cells_per_side.is_power_of_two() || self.exitance_rgb.len() != expected {
+            let got = self.exitance_rgb.len();
+            return Err(Error::SkyCells { light: self.name.clone(), got, per_side: self.cells_per_side });
+        }
+        Ok(())
     }
 }

@@ -142,6 +142,14 @@ impl<'a> Shooting<'a> {
         light(&gather, &shooting.mesh, &mut shooting.direct)?;
         let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
         shooting.start(means);
+        if emitters.tree.sky.is_some() {
+            // How exactly it must be looked at is known only after a first look
+            shooting.direct.clear();
+            let gather = shooting.gather_direct(ends);
+            light(&gather, &shooting.mesh, &mut shooting.direct)?;
+            let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
+            shooting.start(means);
+        }
         Ok(shooting)
     }
 

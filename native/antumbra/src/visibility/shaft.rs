@@ -326,4 +326,46 @@ mod tests {
         }
         assert!(between > 100 && rejected > 5_000, "{between} between, {rejected} rejected");
     }
+
+    /// Whatever a ray from the receivers into the cone meets is kept, for cones of one direction and of several.
+    #[test]
+    fn shafts_along_directions_keep_all_that_comes_between() {
+        let mut state = 11;
+        let mut random = || {
+            state = splitmix(state);
+            unit(state)
+        };
+        let (mut between, mut rejected) = (0, 0);
+        for case in 0..100_000 {
+            let mut point = |size: f64| size * DVec3::new(random(), random(), random());
+            let (one, other) = (point(1.0), point(1.0));
+            let (low, high) = (one.min(other), one.max(other));
+            let middle = (point(2.0) - 1.0).normalize();
+            let (u, v) = middle.any_orthonormal_pair();
+            let corners = [u + v, v - u, -u - v, u - v].map(|corner| middle + 0.3 * corner);
+            let cone = if case % 2 == 0 { &corners[..] } else { std::slice::from_ref(&middle) };
+            let shift = point(4.0) - 1.5;
+            let triangle =
+                ConvexPolygon::triangle(shift + point(1.0), shift + point(1.0), shift + point(1.0));
+            let Some(blocker) = triangle else { continue };
+            let shaft = Shaft::along(&box_corners(low, high), &BOX_EDGES, cone, 20.0, None);
+            let from = low + (high - low) * point(1.0);
+            let inside = point(2.0) - 1.0;
+            let way = if cone.len() > 1 { middle + 0.3 * (inside.x * u + inside.y * v) } else { middle };
+            let normal = blocker.normal();
+            let at = normal.dot(blocker.vertices()[0] - from) / normal.dot(way);
+            let crossing = from + at * way;
+            let vertices = blocker.vertices();
+            let crosses = at > 0.0
+                && (0..3).all(|k| {
+                    (vertices[(k + 1) % 3] - vertices[k]).cross(crossing - vertices[k]).dot(normal) > 0.0
+                });
+            if crosses {
+                between += 1;
+                assert!(shaft.may_block(&blocker), "{case}");
+            }
+            rejected += usize::from(!shaft.may_block(&blocker));
+        }
+        assert!(between > 100 && rejected > 5_000, "{between} between, {rejected} rejected");
+    }
 }
