@@ -104,10 +104,56 @@ class Scene:
         block let light through whatever their materials; those that do not send reflect and emit nothing to others.
         """
 
-    def add_area_light(self, name: str, outline: _Floats, exitance: Sequence[float]) -> None:
+    def add_area_light(
+        self,
+        name: str,
+        outline: _Floats,
+        exitance: Sequence[float],
+        spread: float = ...,
+        casts_shadows: bool = True,
+    ) -> None:
         """Add a flat light that does not block.
 
-        outline (K, 3) is convex, in world space, and counter-clockwise seen from the one side that is lit.
+        outline (K, 3) is convex, in world space, and counter-clockwise seen from the one side that is lit. spread is
+        the full angle, in radians, that its light is kept to; pi, the default, keeps it to its side.
+        """
+
+    def add_sun(
+        self,
+        name: str,
+        direction: Sequence[float],
+        angle: float,
+        irradiance: Sequence[float],
+        casts_shadows: bool = True,
+    ) -> None:
+        """Add a sun.
+
+        direction is towards it, angle its diameter in radians, irradiance, W/m², that of what faces it.
+        """
+
+    def add_point_light(
+        self,
+        name: str,
+        position: Sequence[float],
+        radius: float,
+        intensity: Sequence[float],
+        faces_receiver: bool = True,
+        casts_shadows: bool = True,
+        cone: tuple[_Floats, float, float] | None = None,
+    ) -> None:
+        """Add a light from a point; with a radius, from a disc that faces its receiver, or from a sphere.
+
+        intensity is in W/sr. cone makes it a spot light: a matrix (3, 3) that turns directions in the world into a
+        space where the cone is round about +z, its full angle in radians, and the share of it, 0 to 1, over which it
+        fades.
+        """
+
+    def set_sky(self, name: str, exitance: _Floats) -> None:
+        """Set what shines from all around: exitance (6, N, N, 3), pi times the radiance, on the faces of a cube.
+
+        Face 2a + s is towards +a (s = 0) or -a (s = 1), a being x, y or z. Of the next two axes, in this order and
+        beginning again with x, columns run along the first and rows along the second, both from negative to positive.
+        N is a power of two.
         """
 
 def start(

@@ -28,10 +28,19 @@ def test_no_light():
     refused("[Nn]othing in the scene sends light", receivers="SELECTED")
 
 
-def test_only_lights_that_come_later():
+def test_only_lights_that_are_left_out():
     add_cube()
-    link(bpy.data.objects.new("Noon", bpy.data.lights.new("Noon", "SUN")))
-    refused("Sun lights come in a later release.*“Noon”")
+    add_area_light("Noon").scale = (0, 1, 1)
+    refused("Lights without area are left out.*“Noon”")
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
+def test_a_light_that_is_not_a_number(kind):
+    add_cube()
+    light = bpy.data.lights.new("Broken", kind)
+    light.energy = float("nan")
+    link(bpy.data.objects.new("Broken", light))
+    refused("“Broken”.*not finite")
 
 
 def test_nothing_selected():

@@ -186,29 +186,127 @@ def test_nodes_of_a_light_multiply():
     assert light.exitance_rgb == pytest.approx((6.0, 3.0, 0.0))
 
 
-def test_lights_that_come_later_are_named():
-    add_cube()
-    for kind in ("POINT", "SUN", "SPOT"):
-        for index in range(2):
-            name = f"{kind} {index}"
-            link(bpy.data.objects.new(name, bpy.data.lights.new(name, kind)))
+def add_light(kind, **options):
+    light = bpy.data.lights.new(kind, kind)
+    for key, value in options.items():
+        setattr(light, key, value)
+    return link(bpy.data.objects.new(kind, light))
+
+
+def test_a_sun_brings_its_strength_to_what_faces_it():
+    receiver(reflectance=1.0)
+    sun = add_light("SUN", energy=3.0, angle=0.1, color=(1.0, 0.5, 0.25))
+    sun.matrix_world = Matrix.Rotation(0.5, 4, "X")
+    bake_vertices()
+    expected = 3.0 * math.cos(0.5) / math.pi * np.array([1.0, 0.5, 0.25])
+    assert radiance_at_origin() == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.5])
+@pytest.mark.parametrize("soft", [True, False])
+def test_a_point_light_falls_with_the_square_of_the_distance(radius, soft):
+    receiver(reflectance=1.0)
+    lamp = add_light("POINT", energy=10.0, shadow_soft_size=radius, use_soft_falloff=soft)
+    lamp.location = (0.0, 1.5, 2.0)
+    bake_vertices()
+    squared = 2.5**2 + (radius**2 if soft else 0.0)
+    assert radiance_at_origin() == pytest.approx(np.full(3, 10.0 * 0.8 / (4 * math.pi * squared) / math.pi), rel=1e-5)
+
+
+def test_a_spot_light_is_dark_outside_its_cone_and_fades_inside():
+    receiver(reflectance=1.0)
+    lamp = add_light("SPOT", energy=10.0, shadow_soft_size=0.0, spot_size=1.0, spot_blend=0.6)
+    lamp.matrix_world = Matrix.Translation((0, 0, 2)) @ Matrix.Rotation(0.45, 4, "X")
+    bake_vertices()
+    border = math.cos(0.5)
+    t = (math.cos(0.45) - border) / ((1 - border) * 0.6)
+    expected = 10.0 / (4 * math.pi * 4.0) * t * t * (3 - 2 * t) / math.pi
+    assert radiance_at_origin() == pytest.approx(np.full(3, expected), rel=1e-5)
+
+
+def test_lights_that_cast_no_shadow_shine_through():
+    receiver()
+    add_plane("Roof", size=9.0).location = (0, 0, 1)
+    lamp = add_light("POINT", energy=10.0, use_shadow=False)
+    lamp.location = (0, 0, 2)
+    bake_vertices()
+    assert radiance_at_origin().min() > 0.0
+    lamp.data.use_shadow = True
+    bake_vertices()
+    assert radiance_at_origin().max() == 0.0
+
+
+def test_what_brings_nothing_to_matte_surfaces_is_passed_over():
+    add_light("POINT").visible_diffuse = False
+    add_light("SUN", energy=0.0)
+    portal = add_area_light().data
+    if hasattr(portal, "cycles"):
+        portal.cycles.is_portal = True
+    assert len(read_scene().lights) == (0 if hasattr(portal, "cycles") else 1)
+
+
+def test_a_spot_scaled_to_nothing_is_named():
+    lamp = add_light("SPOT")
+    lamp.scale = (1, 0, 1)
     scene = read_scene()
     assert scene.lights == []
-    for kind in ("Point", "Sun", "Spot"):
-        (sentence,) = (text for text in scene.all_warnings() if text.startswith(f"{kind} lights"))
-        assert f"“{kind.upper()} 0”, “{kind.upper()} 1”" in sentence
+    assert any("“SPOT”" in text for text in scene.all_warnings())
 
 
-def test_a_bright_world_is_named_and_a_black_one_is_not():
-    add_cube()
+def test_linked_lights_are_named():
+    lamp = add_light("POINT")
+    lamp.light_linking.receiver_collection = bpy.data.collections.new("Some")
+    scene = read_scene()
+    assert len(scene.lights) == 1
+    assert any("“POINT”" in text and "linking" in text for text in scene.all_warnings())
+
+
+def sky_background():
     world = bpy.data.worlds.new("Sky")
     bpy.context.scene.world = world
     world.color = (0, 0, 0)
     if bpy.app.version < (5, 0):
         world.use_nodes = True
-    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    return world, next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+
+
+def test_an_open_plane_under_a_constant_world_gets_pi_times_its_radiance():
+    receiver(reflectance=0.5)
+    _, background = sky_background()
     background.inputs["Color"].default_value = (0.5, 0.6, 1.0, 1.0)
+    background.inputs["Strength"].default_value = 2.0
+    bake_vertices()
+    assert radiance_at_origin() == pytest.approx(np.array([0.5, 0.6, 1.0]), rel=1e-6)
     background.inputs["Strength"].default_value = 0.0
-    assert read_scene().all_warnings() == []
-    background.inputs["Strength"].default_value = 1.0
-    assert any("“Sky”" in text for text in read_scene().all_warnings())
+    assert read_scene().sky is None
+
+
+def test_a_world_without_nodes_has_its_colour():
+    world, _ = sky_background()
+    world.color = (0.25, 0.5, 1.0)
+    if bpy.app.version < (5, 0):
+        world.use_nodes = False
+        assert read_scene().sky.exitance_rgb[3, 0, 0] == pytest.approx(math.pi * np.array(world.color))
+
+
+def test_a_world_of_nodes_is_rendered_as_it_lies_around_and_leaves_no_trace():
+    """Its colour is the direction: each cell of the cube must hold its own."""
+    world, background = sky_background()
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    coordinates = nodes.new("ShaderNodeTexCoord")
+    links.new(coordinates.outputs["Generated"], background.inputs["Color"])
+    kinds = ("scenes", "objects", "cameras", "images")
+    before = {kind: list(getattr(bpy.data, kind).keys()) for kind in kinds}
+    sky = read_scene().sky
+    assert {kind: list(getattr(bpy.data, kind).keys()) for kind in kinds} == before
+    cells = sky.exitance_rgb.shape[1]
+    at = (np.arange(cells) + 0.5) * 2 / cells - 1
+    row, column = np.meshgrid(at, at, indexing="ij")
+    for face in range(6):
+        axis, away = divmod(face, 2)
+        direction = np.zeros((cells, cells, 3))
+        direction[..., axis] = 1 - 2 * away
+        direction[..., (axis + 1) % 3] = column
+        direction[..., (axis + 2) % 3] = row
+        direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+        assert sky.exitance_rgb[face] / math.pi == pytest.approx(direction, abs=0.01)

@@ -1,11 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Area lights: outline and exitance against the formulas of radiometry."""
+"""Lights in the solver's units against the formulas of radiometry."""
 
 import math
 
 import numpy as np
 import pytest
-from antumbra.core.lights import DISK_SIDES, AreaLamp, area_vector, exitance_rgb, outline_in_world
+from antumbra.core.lights import (
+    DISK_SIDES,
+    AreaLamp,
+    area_vector,
+    cone_from_world,
+    exitance_rgb,
+    outline_in_world,
+    point_intensity_rgb,
+    sun_irradiance_rgb,
+)
 
 IDENTITY = np.eye(4)
 
@@ -68,3 +77,29 @@ def test_disk_polygon_is_as_close_as_its_constant_says():
     assert DISK_SIDES == 64
     assert factor == pytest.approx(0.5, rel=2e-7)
     assert factor != pytest.approx(0.5, rel=1e-8)
+
+
+def test_a_point_sends_its_power_to_all_sides():
+    for radius in (0.0, 0.3):
+        assert point_intensity_rgb((4.0, 2.0, 0.0), radius, True) == pytest.approx((1 / math.pi, 0.5 / math.pi, 0))
+
+
+def test_without_normalize_a_points_power_is_pi_times_its_radiance():
+    # Of a disc of radius r and the radiance P/pi: pi·r²·P/pi
+    assert point_intensity_rgb((4.0, 2.0, 0.0), 0.5, False) == pytest.approx((1.0, 0.5, 0.0))
+    assert point_intensity_rgb((math.pi, 0.0, 0.0), 0.0, False) == pytest.approx((1.0, 0.0, 0.0))
+
+
+def test_a_suns_strength_is_its_irradiance_or_its_radiance():
+    assert sun_irradiance_rgb((3.0, 2.0, 1.0), 0.4, True) == (3.0, 2.0, 1.0)
+    assert sun_irradiance_rgb((3.0, 2.0, 1.0), 0.0, False) == (3.0, 2.0, 1.0)
+    assert sun_irradiance_rgb((3.0, 2.0, 1.0), math.pi, False) == pytest.approx((3 * math.pi, 2 * math.pi, math.pi))
+
+
+def test_a_spots_cone_points_along_minus_z_and_is_stretched_with_the_light():
+    turned = np.array([[0, 0, 1, 5], [0, 1, 0, 6], [-1, 0, 0, 7], [0, 0, 0, 1.0]])
+    matrix = cone_from_world(turned)
+    assert matrix @ (-1, 0, 0) == pytest.approx((0, 0, 1))
+    wide = cone_from_world(np.diag([2.0, 1.0, 1.0, 1.0]))
+    assert wide @ (2, 1, -1) == pytest.approx((1, 1, 1))
+    assert cone_from_world(np.diag([2.0, 0.0, 1.0, 1.0])) is None

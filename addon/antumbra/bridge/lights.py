@@ -1,64 +1,106 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's lights to outlines with an exitance; what cannot be read yet is named."""
+"""Blender's lights in the solver's units; what cannot be read yet is named."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import bpy
 import numpy as np
 
-from ..core.lights import AreaLamp, Floats, exitance_rgb, outline_in_world
-from ..core.record import AreaLight, SceneRecord
-from .materials import constant_colour, constant_float, linked_node, uses_nodes
+from ..core.lights import (
+    AreaLamp,
+    Colour,
+    Floats,
+    cone_from_world,
+    exitance_rgb,
+    outline_in_world,
+    point_intensity_rgb,
+    sun_irradiance_rgb,
+)
+from ..core.record import AreaLight, Cone, PointLight, SceneRecord, Sun
+from .materials import constant_colour, constant_float, linked_node
+
+# Blender's 180 degrees as a 32-bit number of radians is a little less or more than pi.
+_ROUNDING = 1e-6
 
 
-def read_light(light: bpy.types.Light, name: str, world_from_light: Floats, scene: SceneRecord) -> None:
-    """Add the light to the scene, or its name to those left out."""
-    if light.type != "AREA":
-        kind = light.type.capitalize()
-        _leave_out(scene, f"{kind} lights come in a later release and are left out", name)
+def read_light(obj: bpy.types.Object, name: str, world_from_light: Floats, scene: SceneRecord) -> None:
+    """Add an evaluated light object to the scene, or its name to those left out."""
+    light: Any = obj.data
+    # Cycles' own settings are absent where that engine is.
+    cycles = getattr(light, "cycles", None)
+    if not obj.visible_diffuse or (light.type == "AREA" and getattr(cycles, "is_portal", False)):
+        # It brings nothing to a matte surface: a portal only guides Cycles' rays.
         return
-    area: Any = light
-    if area.spread < np.pi * (1.0 - 1e-6):
-        scene.warnings.append(f"light “{name}”: its spread is not modelled yet; it shines to all sides of its front")
-    if not area.use_shadow:
-        scene.warnings.append(f"light “{name}”: it casts shadows although its own setting says no")
-    lamp = AreaLamp(
-        shape=area.shape,
-        size_x_m=area.size,
-        size_y_m=area.size_y,
-        power_rgb=_power_rgb(area, name, scene),
-        normalize=getattr(area, "normalize", True),  # Since 4.5.
-    )
+    _warn_of_linking(obj, name, scene)
+    power = _power_rgb(light, name, scene)
+    if not any(power):
+        return
+    match light.type:
+        case "AREA":
+            _read_area(light, name, power, world_from_light, scene)
+        case "SUN":
+            _read_sun(light, name, power, world_from_light, scene)
+        case _:
+            _read_point(light, name, power, world_from_light, scene)
+
+
+def _read_area(light: Any, name: str, power: Colour, world_from_light: Floats, scene: SceneRecord) -> None:
+    lamp = AreaLamp(light.shape, light.size, light.size_y, power, _normalizes(light))
     outline = outline_in_world(lamp, world_from_light)
     exitance = exitance_rgb(lamp, outline)
     if exitance is None:
         _leave_out(scene, "Lights without area are left out", name)
-    elif any(exitance):
-        scene.lights.append(AreaLight(name, outline, exitance))
-
-
-def read_world(world: bpy.types.World | None, scene: SceneRecord) -> None:
-    """Name the background when it would light the scene."""
-    if world is None:
         return
-    strength = 1.0
-    colour: tuple[float, ...] = tuple(world.color[:])
-    tree = world.node_tree
-    if tree is not None and uses_nodes(world):
-        output = tree.get_output_node("CYCLES")
-        background = linked_node(output.inputs["Surface"]) if output is not None else None
-        if background is None:
+    spread = light.spread if light.spread < math.pi - _ROUNDING else math.pi
+    scene.lights.append(AreaLight(name, outline, exitance, spread, light.use_shadow))
+
+
+def _read_sun(light: Any, name: str, power: Colour, world_from_light: Floats, scene: SceneRecord) -> None:
+    # It shines along its -Z.
+    x, y, z = (float(value) for value in world_from_light[:3, 2])
+    if not any((x, y, z)):
+        _leave_out(scene, "Lights that are scaled to nothing are left out", name)
+        return
+    angle = min(light.angle, math.pi)
+    irradiance = sun_irradiance_rgb(power, angle, _normalizes(light))
+    scene.lights.append(Sun(name, (x, y, z), angle, irradiance, light.use_shadow))
+
+
+def _read_point(light: Any, name: str, power: Colour, world_from_light: Floats, scene: SceneRecord) -> None:
+    cone = None
+    if light.type == "SPOT":
+        matrix = cone_from_world(world_from_light)
+        if matrix is None:
+            _leave_out(scene, "Lights that are scaled to nothing are left out", name)
             return
-        if background.type == "BACKGROUND":
-            # A linked colour or strength counts as light.
-            linked_colour = constant_colour(background.inputs["Color"])
-            linked_strength = constant_float(background.inputs["Strength"])
-            colour = (1.0, 1.0, 1.0) if linked_colour is None else linked_colour
-            strength = 1.0 if linked_strength is None else linked_strength
-    if strength != 0.0 and any(colour):
-        _leave_out(scene, "Light from the world's background comes in a later release and is left out", world.name)
+        cone = Cone(matrix, min(light.spot_size, math.pi), light.spot_blend)
+    x, y, z = (float(value) for value in world_from_light[:3, 3])
+    radius = light.shadow_soft_size
+    scene.lights.append(
+        PointLight(
+            name=name,
+            position=(x, y, z),
+            radius_m=radius,
+            faces_receiver=light.use_soft_falloff,
+            intensity_rgb=point_intensity_rgb(power, radius, _normalizes(light)),
+            casts_shadows=light.use_shadow,
+            cone=cone,
+        )
+    )
+
+
+def _normalizes(light: Any) -> bool:
+    # Since 4.5.
+    return bool(getattr(light, "normalize", True))
+
+
+def _warn_of_linking(obj: bpy.types.Object, name: str, scene: SceneRecord) -> None:
+    linking = obj.light_linking
+    if linking.receiver_collection is not None or linking.blocker_collection is not None:
+        scene.warnings.append(f"light “{name}”: light linking is not modelled; it lights everything")
 
 
 def _power_rgb(light: Any, name: str, scene: SceneRecord) -> tuple[float, float, float]:

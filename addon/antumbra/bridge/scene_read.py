@@ -17,7 +17,7 @@ from ..core.lights import Floats
 from ..core.record import ObjectRecord, SceneRecord, Surface, name_list
 from ..core.settings import Settings
 from .depsgraph import with_render_depsgraph
-from .lights import read_light, read_world
+from .lights import read_light
 from .materials import MaterialReader
 from .mesh_read import read_attributes, read_surface
 from .originals import originals_shown
@@ -25,6 +25,7 @@ from .parts import LEFT_OUT, has_hair, read_part
 from .passes import read_passes
 from .properties import state_of
 from .surroundings import scene_of, view_layer_of
+from .world import read_world
 
 
 def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
@@ -36,6 +37,7 @@ def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     with originals_shown(scene_of(context)):
         reader = _SceneReader(selected, settings, view_layer_of(context))
         with_render_depsgraph(context, reader.visit)
+    read_world(scene_of(context).world, reader.scene)
     if selected is not None and not any(record.receives for record in reader.scene.objects):
         raise InputError("no selected object is a mesh with faces that is visible in renders")
     read_passes(reader.scene, reader.materials, settings.quantity)
@@ -82,14 +84,12 @@ class _SceneReader:
             # The matrix is gone with the loop's next step.
             world_from_object = np.array(instance.matrix_world, dtype=np.float64)
             if instance.object.type == "LIGHT":
-                read_light(instance.object.data, original.name, world_from_object, self.scene)
+                read_light(instance.object, original.name, world_from_object, self.scene)
             # Texts and curves come once more as meshes.
             elif instance.object.type == "MESH" and state_of(original).role != "BAKED":
                 self._read_object(instance, world_from_object)
             elif instance.object.type in LEFT_OUT:
                 self._leave_out(LEFT_OUT[instance.object.type], original.name)
-        evaluated: Any = depsgraph.scene_eval
-        read_world(evaluated.world, self.scene)
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"

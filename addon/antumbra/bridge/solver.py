@@ -10,7 +10,7 @@ import antumbra_native
 
 from ..core.bake import Job, Progress, Solution
 from ..core.errors import BakeError, CancelledError, InputError, NoLightError, SettingError, SolverBugError
-from ..core.record import SceneRecord
+from ..core.record import AreaLight, PointLight, SceneRecord, Sun
 from ..core.settings import Settings
 
 _Result = TypeVar("_Result")
@@ -47,7 +47,9 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             sends=record.sends,
         )
     for light in scene.lights:
-        native.add_area_light(light.name, light.outline_world, light.exitance_rgb)
+        _add_light(native, light)
+    if scene.sky is not None:
+        native.set_sky(scene.sky.name, scene.sky.exitance_rgb)
     job = _translated(
         lambda: antumbra_native.start(
             native,
@@ -64,6 +66,24 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
         )
     )
     return _Job(job)
+
+
+def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLight) -> None:
+    if isinstance(light, AreaLight):
+        native.add_area_light(light.name, light.outline_world, light.exitance_rgb, light.spread, light.casts_shadows)
+    elif isinstance(light, Sun):
+        native.add_sun(light.name, light.towards, light.angle, light.irradiance_rgb, light.casts_shadows)
+    else:
+        cone = light.cone
+        native.add_point_light(
+            light.name,
+            light.position,
+            light.radius_m,
+            light.intensity_rgb,
+            light.faces_receiver,
+            light.casts_shadows,
+            None if cone is None else (cone.cone_from_world, cone.angle, cone.blend),
+        )
 
 
 class _Job:

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's area lights as flat outlines with an exitance, by the formulas that Cycles follows.
+"""Blender's lights in the solver's units, by the formulas that Cycles follows.
 
-With P = energy · colour · 2^exposure · temperature colour, in W, an area light sends the radiance L = P / (pi·A) from
-its -Z side, A being its area in the world; with "normalize" off L = P / pi. The solver takes the exitance pi·L.
+With P = energy · colour · 2^exposure · temperature colour · emission of its nodes:
 
-Not modelled: a spread below 180 degrees, and lights without area.
+- An area light of P watts sends the radiance L = P / (pi·A) from its -Z side, A being its area in the world; with
+  "normalize" off L = P / pi. The solver takes the exitance pi·L.
+- A point or spot light of P watts has the intensity P / (4 pi), whatever its radius. With "normalize" off it sends the
+  radiance L = P / pi; something round of radius r has the intensity pi·r²·L, and a point is taken for one of radius 1.
+- A sun of P W/m² brings that much to what faces it, whatever its angle. With "normalize" off P is the radiance of its
+  disc, pi·sin²(angle/2) steradians large, but of a sun without an angle still the irradiance.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Colour = tuple[float, float, float]
 
 # A disk becomes a regular polygon of the same area. With 64 sides the form factor from a disk's own radius away is
 # off by 1.3e-7; fewer sides are seen first by receivers close to the rim, more cost time at every receiver.
@@ -30,7 +35,7 @@ class AreaLamp:
     """SQUARE, RECTANGLE, DISK or ELLIPSE."""
     size_x_m: float
     size_y_m: float
-    power_rgb: tuple[float, float, float]
+    power_rgb: Colour
     """energy · colour · 2^exposure · temperature colour."""
     normalize: bool
 
@@ -67,11 +72,39 @@ def area_vector(outline: Floats) -> Floats:
     return np.asarray(np.cross(spokes[1:-1], spokes[2:]).sum(axis=0) / 2.0)
 
 
-def exitance_rgb(lamp: AreaLamp, outline_world: Floats) -> tuple[float, float, float] | None:
+def exitance_rgb(lamp: AreaLamp, outline_world: Floats) -> Colour | None:
     """pi·L in W/m² per channel; None when the light has no area to send it from."""
     area_m2 = float(np.linalg.norm(area_vector(outline_world)))
     if area_m2 == 0.0:
         return None
-    per_area = 1.0 / area_m2 if lamp.normalize else 1.0
-    red, green, blue = (power * per_area for power in lamp.power_rgb)
-    return red, green, blue
+    return scaled(lamp.power_rgb, 1.0 / area_m2 if lamp.normalize else 1.0)
+
+
+def sun_irradiance_rgb(strength_rgb: Colour, angle: float, normalize: bool) -> Colour:
+    """W/m² per channel on what faces the sun; its angle, the diameter of its disc, in radians."""
+    by_radiance = not normalize and angle > 0.0
+    return scaled(strength_rgb, math.pi * math.sin(angle / 2.0) ** 2 if by_radiance else 1.0)
+
+
+def point_intensity_rgb(power_rgb: Colour, radius_m: float, normalize: bool) -> Colour:
+    """W/sr per channel of a point or spot light."""
+    if normalize:
+        return scaled(power_rgb, 1.0 / (4.0 * math.pi))
+    return scaled(power_rgb, radius_m**2 if radius_m > 0.0 else 1.0 / math.pi)
+
+
+def cone_from_world(world_from_light: Floats) -> Floats | None:
+    """Turns directions (3, 3) into a space where a spot light's cone is round about +z; None when its scale is 0.
+
+    The light shines along its -Z; a light that is scaled unevenly has an elliptical cone.
+    """
+    linear = world_from_light[:3, :3]
+    if not np.isfinite(linear).all() or np.linalg.matrix_rank(linear) < 3:
+        return None
+    return np.asarray(np.diag([1.0, 1.0, -1.0]) @ np.linalg.inv(linear))
+
+
+def scaled(colour: Colour, factor: float) -> Colour:
+    """Every channel times a number."""
+    red, green, blue = colour
+    return red * factor, green * factor, blue * factor

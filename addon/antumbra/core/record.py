@@ -6,6 +6,7 @@ Blender's datablocks are named by their session_uid, which survives undo and ren
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -114,6 +115,58 @@ class AreaLight:
     outline_world: Floats
     """(K, 3), convex, counter-clockwise seen from the lit side."""
     exitance_rgb: tuple[float, float, float]
+    spread: float = math.pi
+    """The full angle that its light is kept to, radians."""
+    casts_shadows: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Sun:
+    """Light from far away."""
+
+    name: str
+    towards: tuple[float, float, float]
+    angle: float
+    """Diameter of its disc, radians."""
+    irradiance_rgb: tuple[float, float, float]
+    """W/m² on what faces it."""
+    casts_shadows: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """What a spot light keeps of a point's light."""
+
+    cone_from_world: Floats
+    """(3, 3), into a space where the cone is round about +z."""
+    angle: float
+    """Full angle, radians."""
+    blend: float
+    """Share of it, 0 to 1, over which it fades."""
+
+
+@dataclass(frozen=True, slots=True)
+class PointLight:
+    """Light from a point or from something round; with a cone, a spot light."""
+
+    name: str
+    position: tuple[float, float, float]
+    radius_m: float
+    faces_receiver: bool
+    """A disc that turns to its receiver (soft falloff), otherwise a sphere."""
+    intensity_rgb: tuple[float, float, float]
+    """W/sr."""
+    casts_shadows: bool
+    cone: Cone | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sky:
+    """Light from all around."""
+
+    name: str
+    exitance_rgb: Floats
+    """(6, N, N, 3), pi times the radiance, on the faces of a cube as the solver orders them."""
 
 
 @dataclass(slots=True)
@@ -122,7 +175,8 @@ class SceneRecord:
 
     objects: list[ObjectRecord] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
-    lights: list[AreaLight] = field(default_factory=list)
+    lights: list[AreaLight | Sun | PointLight] = field(default_factory=list)
+    sky: Sky | None = None
     lights_left_out: dict[str, list[str]] = field(default_factory=dict)
     """Names by the reason why they were left out."""
     warnings: list[str] = field(default_factory=list)

@@ -65,6 +65,8 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         Error::ReflectanceOutOfRange { .. }
         | Error::ExitanceInvalid { .. }
         | Error::LightNotFinite { .. }
+        | Error::LightOutOfRange { .. }
+        | Error::SkyCells { .. }
         | Error::EndlessLight { .. } => invalid_scene(py, message, None, None),
         Error::NoLight => NoLightError::new_err(message),
         Error::NoReceiver => NoReceiverError::new_err(message),

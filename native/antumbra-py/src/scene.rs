@@ -2,9 +2,11 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use antumbra::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
+use antumbra::scene::{
+    AreaLightInput, ConeInput, LampInput, LampShape, MaterialInput, ObjectInput, SceneInput, SkyInput,
+};
 use bytemuck::allocation::cast_vec;
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -26,6 +28,11 @@ impl Scene {
 
     fn lock(&self) -> MutexGuard<'_, Option<SceneInput>> {
         self.input.lock().expect("nothing panics under this lock; this is a bug in antumbra")
+    }
+
+    fn add_lamp(&self, name: String, casts_shadows: bool, shape: LampShape) -> PyResult<()> {
+        self.push(|input| &mut input.lamps, LampInput { name, casts_shadows, shape })?;
+        Ok(())
     }
 
     /// Adds to one of the scene's lists and returns the new entry's index.
@@ -112,10 +119,72 @@ impl Scene {
     }
 
     /// Adds a flat one-sided light; its convex outline is in world space, counter-clockwise seen from the lit side.
-    fn add_area_light(&self, name: String, outline: &Bound<'_, PyAny>, exitance: [f64; 3]) -> PyResult<()> {
+    #[pyo3(signature = (name, outline, exitance, spread=std::f64::consts::PI, casts_shadows=true))]
+    fn add_area_light(
+        &self,
+        name: String,
+        outline: &Bound<'_, PyAny>,
+        exitance: [f64; 3],
+        spread: f64,
+        casts_shadows: bool,
+    ) -> PyResult<()> {
         let outline = floats::<3>(outline, &Expected::of(&name, "outline", &[None, Some(3)]))?;
         let outline = cast_vec::<[f64; 3], DVec3>(outline);
-        self.push(|input| &mut input.lights, AreaLightInput { name, outline, exitance_rgb: exitance })?;
+        // All of a plain one's light is sent as one surface's.
+        if spread == std::f64::consts::PI && casts_shadows {
+            self.push(|input| &mut input.lights, AreaLightInput { name, outline, exitance_rgb: exitance })?;
+            return Ok(());
+        }
+        self.add_lamp(name, casts_shadows, LampShape::Panel { outline, exitance_rgb: exitance, spread })
+    }
+
+    /// Adds a sun; `direction` is towards it, `irradiance` what faces it gets.
+    #[pyo3(signature = (name, direction, angle, irradiance, casts_shadows=true))]
+    fn add_sun(
+        &self,
+        name: String,
+        direction: [f64; 3],
+        angle: f64,
+        irradiance: [f64; 3],
+        casts_shadows: bool,
+    ) -> PyResult<()> {
+        let direction = DVec3::from_array(direction);
+        self.add_lamp(name, casts_shadows, LampShape::Sun { direction, angle, irradiance_rgb: irradiance })
+    }
+
+    /// Adds a light from a point, or, with a radius, from a disc that faces its receiver or a sphere; with a cone, a spot.
+    #[expect(clippy::too_many_arguments, reason = "what Blender's lights have, given by name in Python")]
+    #[pyo3(signature = (name, position, radius, intensity, faces_receiver=true, casts_shadows=true, cone=None))]
+    fn add_point_light(
+        &self,
+        name: String,
+        position: [f64; 3],
+        radius: f64,
+        intensity: [f64; 3],
+        faces_receiver: bool,
+        casts_shadows: bool,
+        cone: Option<(Bound<'_, PyAny>, f64, f64)>,
+    ) -> PyResult<()> {
+        let cone = cone
+            .map(|(matrix, angle, blend)| -> PyResult<ConeInput> {
+                let rows =
+                    floats::<3>(&matrix, &Expected::of(&name, "cone_from_world", &[Some(3), Some(3)]))?;
+                let cone_from_world = DMat3::from_cols_slice(rows.as_flattened()).transpose();
+                Ok(ConeInput { cone_from_world, angle, blend })
+            })
+            .transpose()?;
+        let position = DVec3::from_array(position);
+        let shape = LampShape::Point { position, radius, faces_receiver, intensity_rgb: intensity, cone };
+        self.add_lamp(name, casts_shadows, shape)
+    }
+
+    /// Sets what shines from all around: exitance on six faces of a cube of directions, in cells.
+    fn set_sky(&self, name: String, exitance: &Bound<'_, PyAny>) -> PyResult<()> {
+        let cells = exitance.getattr("shape")?.get_item(1)?.extract::<usize>().unwrap_or(0);
+        let shape = [Some(6), Some(cells), Some(cells), Some(3)];
+        let exitance_rgb = floats::<3>(exitance, &Expected::of(&name, "exitance", &shape))?;
+        let sky = SkyInput { name, cells_per_side: cells, exitance_rgb };
+        self.lock().as_mut().ok_or_else(taken)?.sky = Some(sky);
         Ok(())
     }
 
@@ -126,7 +195,7 @@ impl Scene {
                 "Scene({} objects, {} materials, {} lights)",
                 input.objects.len(),
                 input.materials.len(),
-                input.lights.len()
+                input.lights.len() + input.lamps.len() + usize::from(input.sky.is_some())
             ),
         }
     }

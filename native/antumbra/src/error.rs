@@ -38,8 +38,14 @@ pub enum Error {
     /// A light's emission is NaN or infinite.
     #[error("light “{light}”: its strength is not finite")]
     LightNotFinite { light: String },
+    /// A size or an angle of a light that is outside its range.
+    #[error("light “{light}”: its {what} {value} is outside 0 to {most}")]
+    LightOutOfRange { light: String, what: &'static str, value: f64, most: f64 },
+    /// A sky that is not six squares of cells, a power of two along each side.
+    #[error("light “{light}”: {got} cells are no six squares of {per_side} by {per_side}, a power of two")]
+    SkyCells { light: String, got: usize, per_side: usize },
     /// Nothing in the scene sends light.
-    #[error("nothing in the scene sends light: add an area light or give a material an emission")]
+    #[error("nothing in the scene sends light: add a light or a background, or give a material an emission")]
     NoLight,
     /// A closed space whose surfaces reflect everything, with light emitted into it: it would get brighter for ever.
     #[error(

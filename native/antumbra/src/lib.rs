@@ -7,7 +7,7 @@
 //! Data flows one way; only `solve` loops:
 //!
 //! ```text
-//! scene → visibility → mesh → transport → adapt → weld → report
+//! scene → visibility → lamps → mesh → transport → adapt → weld → report
 //! ```
 //!
 //! Units: metres, W/m² (radiosity `B`, irradiance `H`, exitance `E`), `B = E + rho·H` per colour channel; a diffuse
@@ -17,6 +17,7 @@ mod adapt;
 mod display;
 pub mod error;
 mod index;
+mod lamps;
 mod mesh;
 pub mod monitor;
 pub mod report;

@@ -25,7 +25,7 @@ pub struct SceneSummary {
     pub objects: usize,
     /// Source triangles.
     pub triangles: usize,
-    /// Area lights and emitting surfaces.
+    /// Lights, emitting surfaces, and the sky.
     pub lights: usize,
 }
 

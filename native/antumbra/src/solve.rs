@@ -12,6 +12,7 @@ use crate::adapt::refinement::{EVEN, Hidden, Refinement};
 use crate::display::{Display, DisplayMesh, baked_area};
 use crate::error::Error;
 use crate::index::FaceId;
+use crate::lamps::Lamp;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
@@ -75,7 +76,10 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if !world.objects.iter().any(|object| object.receives && !object.faces.is_empty()) {
         return Err(Error::NoReceiver);
     }
-    let emitters = Emitters::new(&world);
+    let mut emitters = Emitters::new(&world);
+    if transport_for(&world, settings) == Transport::Rays {
+        emitters.look_around_for_the_sky();
+    }
     if emitters.lights == 0 {
         return Err(Error::NoLight);
     }
@@ -372,8 +376,11 @@ impl<'a> Solver<'a> {
         let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
         let receives = |face| world.receives(face);
         let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
-        let emitters: Vec<LineSource> = self.emitters.polygons.iter().map(LineSource::emitter).collect();
+        let panels = self.emitters.tree.lamps.iter().filter_map(Lamp::panel);
+        let lit = self.emitters.polygons.iter().cloned().chain(panels);
+        let emitters: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
         lines.add(primary.find(&emitters)?);
+        lines.add(primary.find_of_lamps(&self.emitters.tree.lamps, self.form_factors)?);
 
         // Where no emitter is seen, all the light there is comes from these.
         let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);

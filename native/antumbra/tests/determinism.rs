@@ -2,6 +2,7 @@
 
 mod common;
 
+use antumbra::scene::{LampInput, LampShape, SkyInput};
 use antumbra::settings::{Method, Settings, Transport};
 use antumbra::weld::Bake;
 use common::Random;
@@ -32,6 +33,25 @@ fn plain_room() -> Scene {
     scene.object("room", Shape::room(DVec3::new(2.0, 3.0, 2.0)), white);
     scene.object("ball", Shape::sphere(0.4, 1).map(|p| p + DVec3::new(1.2, 1.4, 0.5)), white);
     scene.light(&lamp(DVec3::new(0.7, 1.0, 1.8), 0.3), 10.0);
+    scene
+}
+
+/// Leaves over a floor, under the sky, a sharp sun and a round lamp.
+fn under_the_sky() -> Scene {
+    let mut scene = crowded_room();
+    scene.input.objects[0].positions.iter_mut().for_each(|p| p.z = 0.0);
+    scene.input.lights.clear();
+    scene.input.sky = Some(SkyInput::even("sky", [1.0, 2.0, 3.0]));
+    let mut add =
+        |shape| scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape });
+    add(LampShape::Sun { direction: DVec3::new(0.2, 0.1, 1.0), angle: 0.0, irradiance_rgb: [3.0; 3] });
+    add(LampShape::Point {
+        position: DVec3::new(1.0, 1.2, 2.0),
+        radius: 0.2,
+        faces_receiver: true,
+        intensity_rgb: [1.0; 3],
+        cone: None,
+    });
     scene
 }
 
@@ -92,6 +112,14 @@ fn surfaces_that_look_around_see_the_same_on_any_number_of_threads() {
 #[test]
 fn rays_are_the_same_on_any_number_of_threads() {
     let bake = assert_deterministic(&crowded_room(), &Settings { tolerance: 0.2, ..by(Method::As) });
+    println!("{:?}", bake.report.result.visibility);
+    assert!(bake.report.result.visibility.rays > 0, "the crowd is too thin to test rays");
+}
+
+#[test]
+fn lamps_and_the_sky_are_the_same_on_any_number_of_threads() {
+    let settings = Settings { tolerance: 0.2, triangle_budget: 4000, ..adaptive() };
+    let bake = assert_deterministic(&under_the_sky(), &settings);
     println!("{:?}", bake.report.result.visibility);
     assert!(bake.report.result.visibility.rays > 0, "the crowd is too thin to test rays");
 }

@@ -5,6 +5,7 @@ mod bisection;
 pub(crate) mod contact_lines;
 pub(crate) mod fit;
 mod five_cases;
+mod lamp_lines;
 pub(crate) mod line_choice;
 pub(crate) mod line_search;
 pub(crate) mod line_sources;

@@ -319,10 +319,12 @@ impl Refinement<'_> {
                 let brightest = |polygon| {
                     receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max)
                 };
+                let beyond = |sources: &SourceTree| sources.brightest_beyond(&receivers);
+                let beyond: DVec3 = self.gather.sources.sources().map_or(DVec3::ZERO, beyond);
                 let most: DVec3 = (self.gather.sources.sources().into_iter().flat_map(SourceTree::roots))
                     .map(|(polygon, sent)| brightest(polygon) * sent)
                     .sum();
-                most
+                most + beyond
             }
         };
         share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING

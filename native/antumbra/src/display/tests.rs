@@ -69,6 +69,7 @@ fn scene(objects: Vec<ObjectInput>, lamp: Option<[DVec2; 2]>) -> SceneInput {
         materials: vec![material(0.0), material(1.0)],
         objects,
         lights: lights.into_iter().collect(),
+        ..SceneInput::default()
     }
 }
 

@@ -28,8 +28,17 @@ use crate::mesh::{edge_key, triangulation};
 pub(crate) enum LineKind {
     /// The slope of light or less.
     Shadow,
+    /// Light itself: the shadow of a point or of a direction ends there.
+    Sharp,
     /// Light itself: something touches the face there. Where lines coincide, the strongest counts.
     Contact,
+}
+
+impl LineKind {
+    /// Whether light has a value of its own on each side.
+    pub(crate) fn jumps(self) -> bool {
+        self != Self::Shadow
+    }
 }
 
 /// A line across a face, clipped to it; an end where it leaves the face is exactly on the border.

@@ -66,6 +66,8 @@ pub(crate) struct Sample {
     /// Whether elements with this sample lie on one side of it only: at a contact, a crease or a border. Its light is
     /// then a limit, which the point itself does not have.
     one_sided: bool,
+    /// Whether it is looked at in its flat face, not above it: where a sharp shadow ends, which moves with the height.
+    in_plane: bool,
     /// The samples whose mean stands for this one where light is even.
     pub(crate) parents: Option<[SampleId; 2]>,
 }
@@ -128,7 +130,8 @@ impl Sample {
     fn after_steps(&self, steps: f64, side: Side) -> Receiver {
         let normal = if side == Side::Front { self.normal } else { -self.normal };
         // Stepping off the surface as well makes the facets around a smooth vertex block as they should.
-        let step = self.inward + self.inward.length() * normal;
+        let lift = if self.in_plane { 0.0 } else { self.inward.length() };
+        let step = self.inward + lift * normal;
         Receiver { position: self.position + steps * step, normal }
     }
 }

@@ -209,14 +209,21 @@ impl Builder<'_> {
 
     fn push_sample(&mut self, position: DVec3, normal: DVec3) -> SampleId {
         let inward = DVec3::ZERO;
-        self.mesh.samples.push(Sample { position, normal, inward, one_sided: false, parents: None });
+        self.mesh.samples.push(Sample {
+            position,
+            normal,
+            inward,
+            one_sided: false,
+            in_plane: false,
+            parents: None,
+        });
         SampleId::new(self.mesh.samples.len() - 1)
     }
 
     /// Gives corners on different sides of a contact samples of their own.
     fn separate_sides(&mut self) {
         let touches = |tile: &Tile, k: usize| {
-            tile.lines[k] == Some(LineKind::Contact) || tile.lines[(k + 2) % 3] == Some(LineKind::Contact)
+            [k, (k + 2) % 3].into_iter().any(|edge| tile.lines[edge].is_some_and(LineKind::jumps))
         };
         let mut around: FxHashMap<VertexId, SmallVec<[(ElementId, usize); 8]>> = FxHashMap::default();
         for tile in &self.mesh.tiles {
@@ -247,7 +254,7 @@ impl Builder<'_> {
             [(k, (k + 1) % 3), ((k + 2) % 3, (k + 2) % 3)].map(|(edge, end)| {
                 (
                     tile.vertices[end],
-                    tile.lines[edge] == Some(LineKind::Contact),
+                    tile.lines[edge].is_some_and(LineKind::jumps),
                     tile.samples[k],
                     tile.samples[end],
                 )
@@ -305,7 +312,8 @@ impl Builder<'_> {
                 around.tiles += 1;
                 around.rim.add([next, previous].map(|k| tile.vertices[k].index() as u32));
                 let lines = [k, previous].map(|edge| tile.lines[edge]);
-                around.is_at_contact |= lines.contains(&Some(LineKind::Contact));
+                around.strongest = around.strongest.max(lines[0]).max(lines[1]);
+                around.is_curved |= face.corner_normals.is_some();
                 let on_border = (0..3).any(|edge| tile.points[k].depth(edge) == 0);
                 around.needs_step |=
                     on_border || lines.iter().any(Option::is_some) || face.corner_normals.is_some();
@@ -316,7 +324,9 @@ impl Builder<'_> {
             }
         }
         for (sample, around) in self.mesh.samples.iter_mut().zip(around).skip(first) {
-            sample.one_sided = around.is_at_contact || around.rim.is_open();
+            sample.one_sided = around.strongest.is_some_and(LineKind::jumps) || around.rim.is_open();
+            // What touches may do so from a little above or below; there it is better to be above.
+            sample.in_plane = around.strongest == Some(LineKind::Sharp) && !around.is_curved;
             sample.inward = if sample.one_sided && around.widest.0 > 0.0 {
                 // The mean may point out of a sector that is wider than half a turn.
                 around.widest.1
@@ -336,7 +346,9 @@ struct Around {
     steps: DVec3,
     tiles: u32,
     rim: Rim,
-    is_at_contact: bool,
+    /// Of the lines that they have it on.
+    strongest: Option<LineKind>,
+    is_curved: bool,
     /// Whether any of them is curved, or has the sample on its face's border or on a line.
     needs_step: bool,
     /// The widest angle of a flat one, radians, and the step into it.

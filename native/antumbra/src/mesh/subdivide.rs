@@ -106,6 +106,7 @@ impl Mesh {
             normal: sum.try_normalize().unwrap_or(self.sample(a).normal),
             inward: (opposite - position) * (0.5 * ONE_SIDED_STEP),
             one_sided: !self.has_both_sides([vertices[0], vertices[1]], ends),
+            in_plane: false,
             parents: Some([a, b]),
         }
     }

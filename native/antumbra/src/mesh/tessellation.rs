@@ -136,7 +136,7 @@ impl<'a> Tessellation<'a> {
             step += way * relative_step(inside, longest_edge(self.world.corners(face)));
         }
         let sides = sharing.count();
-        let one_sided = sides < 2 || tile.lines[k] == Some(LineKind::Contact);
+        let one_sided = sides < 2 || tile.lines[k].is_some_and(LineKind::jumps);
         let needs_step = tile.lines[k].is_some()
             || GridPoint::common_edge(tile.points[from], tile.points[to]).is_some()
             || self.world.faces[tile.face.index()].corner_normals.is_some();
@@ -148,6 +148,8 @@ impl<'a> Tessellation<'a> {
             normal: sum.try_normalize().unwrap_or(self.samples[a.index()].normal),
             inward,
             one_sided,
+            in_plane: tile.lines[k] == Some(LineKind::Sharp)
+                && self.world.faces[tile.face.index()].corner_normals.is_none(),
             parents: Some([a, b]),
         }
     }
@@ -159,6 +161,7 @@ impl<'a> Tessellation<'a> {
             normal: normal.try_normalize().unwrap_or(self.samples[parents[0].index()].normal),
             inward: DVec3::ZERO,
             one_sided: false,
+            in_plane: false,
             parents: Some(parents),
         }
     }

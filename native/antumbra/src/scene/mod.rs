@@ -1,9 +1,12 @@
 //! What the caller hands in.
 
+mod lamps;
 pub(crate) mod quads;
 pub(crate) mod world;
 
 use glam::{DMat4, DVec3};
+
+pub use lamps::{ConeInput, LampInput, LampShape, SkyInput};
 
 /// A whole scene: everything that lights, shadows, reflects or receives.
 #[derive(Debug, Clone, Default)]
@@ -12,8 +15,12 @@ pub struct SceneInput {
     pub materials: Vec<MaterialInput>,
     /// Mesh objects. Every one blocks and reflects unless it says otherwise; those with `receives` are baked.
     pub objects: Vec<ObjectInput>,
-    /// Lights that are not meshes.
+    /// Panels that send to all of one side.
     pub lights: Vec<AreaLightInput>,
+    /// All other lights that are not meshes.
+    pub lamps: Vec<LampInput>,
+    /// What shines where there is nothing else.
+    pub sky: Option<SkyInput>,
 }
 
 /// A diffuse surface.

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::error::Error;
 use crate::index::{FaceId, typed_index};
-use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
+use crate::scene::{AreaLightInput, LampInput, LampShape, MaterialInput, ObjectInput, SceneInput, SkyInput};
 use crate::visibility::ConvexPolygon;
 
 typed_index! {
@@ -55,6 +55,9 @@ pub(crate) struct World {
     pub(crate) faces: Vec<Face>,
     /// Lights with their outlines moved like everything else.
     pub(crate) lights: Vec<AreaLightInput>,
+    /// All other lights, moved as well.
+    pub(crate) lamps: Vec<LampInput>,
+    pub(crate) sky: Option<SkyInput>,
     /// Diagonal of the bounding box of all surfaces and lights.
     pub(crate) diagonal: f64,
     pub(crate) warnings: Vec<String>,
@@ -68,6 +71,8 @@ impl World {
     pub(crate) fn new(input: &SceneInput) -> Result<Self, Error> {
         input.materials.iter().try_for_each(validate_material)?;
         input.lights.iter().try_for_each(validate_light)?;
+        input.lamps.iter().try_for_each(LampInput::validate)?;
+        input.sky.iter().try_for_each(SkyInput::validate)?;
         for object in &input.objects {
             validate_object(object, input.materials.len())?;
         }
@@ -78,6 +83,8 @@ impl World {
             vertices: Vec::new(),
             faces: Vec::new(),
             lights: input.lights.clone(),
+            lamps: input.lamps.clone(),
+            sky: input.sky.clone(),
             diagonal: 0.0,
             warnings: Vec::new(),
         };
@@ -124,8 +131,9 @@ impl World {
     /// Far from the origin f64 loses what f32 input still had; about its own centre a scene keeps all of it.
     fn centre(&mut self) {
         let outlines = self.lights.iter().flat_map(|l| &l.outline);
+        let lamps = self.lamps.iter().flat_map(LampInput::points);
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for &p in self.vertices.iter().chain(outlines) {
+        for &p in self.vertices.iter().chain(outlines).chain(lamps) {
             low = low.min(p);
             high = high.max(p);
         }
@@ -136,6 +144,7 @@ impl World {
         self.diagonal = (high - low).length();
         self.vertices.iter_mut().for_each(|p| *p -= centre);
         self.lights.iter_mut().flat_map(|l| &mut l.outline).for_each(|p| *p -= centre);
+        self.lamps.iter_mut().flat_map(LampInput::points_mut).for_each(|p| *p -= centre);
         // An f32 coordinate of size c is known to c * 2^-24; below a millionth of the scene nobody can see it.
         let resolution = centre.abs().max_element() * f64::from(f32::EPSILON) * 0.5;
         if resolution > 1e-6 * self.diagonal {
@@ -217,12 +226,17 @@ impl World {
 
     fn drop_lights_without_area(&mut self) {
         let warnings = &mut self.warnings;
-        self.lights.retain(|light| {
-            let has_area = ConvexPolygon::new(&light.outline).is_some();
+        let mut has_area = |name: &str, outline: &[DVec3]| {
+            let has_area = ConvexPolygon::new(outline).is_some();
             if !has_area {
-                warnings.push(format!("light “{}” has no area and is left out", light.name));
+                warnings.push(format!("light “{name}” has no area and is left out"));
             }
             has_area
+        };
+        self.lights.retain(|light| has_area(&light.name, &light.outline));
+        self.lamps.retain(|lamp| match &lamp.shape {
+            LampShape::Panel { outline, .. } => has_area(&lamp.name, outline),
+            LampShape::Sun { .. } | LampShape::Point { .. } => true,
         });
     }
 }

@@ -6,8 +6,10 @@
 //! BSP tree of the two; here they are a list that is intersected with the receiver's plane. Data flows one way:
 //!
 //! ```text
-//! silhouette → wedge → boundary → strength          contact
+//! silhouette → wedge → boundary → strength          sharp          contact
 //! ```
+//!
+//! Points and directions have no penumbra: the light itself jumps where their shadows end ([`sharp`]).
 //!
 //! **Guaranteed.** Every discontinuity of the first or second derivative that one source and one convex solid or card
 //! cause on a plane, within the reach asked for, lies on a traced line or a contact. Neither the winding of the
@@ -25,6 +27,7 @@
 
 pub(crate) mod boundary;
 pub(crate) mod contact;
+pub(crate) mod sharp;
 pub(crate) mod silhouette;
 pub(crate) mod strength;
 #[cfg(test)]

@@ -8,6 +8,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
+use super::sharp::Apex;
 use crate::visibility::ConvexPolygon;
 
 /// Angle from the straight continuation, radians, below which two polygons count as one flat surface whose common
@@ -46,10 +47,13 @@ impl BlockerEdge {
 
     /// For each polygon, on which side of the plane through `from` and the edge it lies, times the rounding below
     /// which that is chance.
-    fn sides(&self, from: DVec3) -> impl Iterator<Item = (f64, f64)> {
+    fn sides(&self, from: Apex) -> impl Iterator<Item = (f64, f64)> {
         let [a, b] = self.ends;
-        let plane = (a - from).cross(b - a);
-        let size = a.abs().max_element() + from.abs().max_element();
+        let (way, size) = match from {
+            Apex::Point(from) => (a - from, a.abs().max_element() + from.abs().max_element()),
+            Apex::Direction(towards) => (-towards, 1.0),
+        };
+        let plane = way.cross(b - a);
         let rounding = ON_PLANE * size * (b - a).length();
         self.inward.iter().map(move |inward| (inward.dot(plane), rounding))
     }
@@ -195,6 +199,11 @@ impl BlockerEdges {
     /// Whether an edge bounds what its polygons hide from a point. Also true where the point lies in the plane of one
     /// of them, unless that is flat there.
     pub(crate) fn is_silhouette(&self, edge: u32, from: DVec3) -> bool {
+        self.is_silhouette_from(edge, Apex::Point(from))
+    }
+
+    /// The same from a point or from far away.
+    pub(crate) fn is_silhouette_from(&self, edge: u32, from: Apex) -> bool {
         let edge = self.edge(edge);
         if edge.flat {
             return false;
@@ -215,7 +224,9 @@ impl BlockerEdges {
         // All polygons on the one side, or all on the other: sides change linearly along the segment.
         let span_of = |sign: f64| {
             let (mut low, mut high) = (0.0_f64, 1.0_f64);
-            for ((start, rounding), (end, rounding_at_end)) in edge.sides(from[0]).zip(edge.sides(from[1])) {
+            for ((start, rounding), (end, rounding_at_end)) in
+                edge.sides(Apex::Point(from[0])).zip(edge.sides(Apex::Point(from[1])))
+            {
                 let slack = rounding.max(rounding_at_end);
                 let (start, end) = (sign * start + slack, sign * end + slack);
                 match (start < 0.0, end < 0.0) {

@@ -12,7 +12,9 @@ use smallvec::SmallVec;
 use crate::visibility::blockers::{Blockers, TooMany};
 use crate::visibility::rays::visible_share;
 use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
-use crate::visibility::{ConvexPolygon, Receiver, Scratch, unoccluded_form_factor, visible_form_factor};
+use crate::visibility::{
+    ConvexPolygon, Receiver, Scratch, Weight, unoccluded_form_factor, unoccluded_weighted, visible_weighted,
+};
 
 /// Points in a cluster, at most. One shaft costs as much as a few exact evaluations, so fewer points share it too
 /// seldom; more make a box so wide that distant sources fall into many parts for it. Measured on two closed rooms at
@@ -75,7 +77,7 @@ struct Counters {
 pub(crate) struct Workspace {
     kernel: Scratch,
     own: Vec<u32>,
-    shared: Vec<u32>,
+    pub(crate) shared: Vec<u32>,
     /// What was narrowed down for a cluster, one list after the other.
     narrowed: Vec<u32>,
 }
@@ -134,13 +136,28 @@ impl<'a> FormFactors<'a> {
         seed: u64,
         workspace: &mut Workspace,
     ) -> Found {
+        self.visible_weighted(receiver, source, None, candidates, weight, seed, workspace)
+    }
+
+    /// The same, with every direction times its `worth`.
+    #[expect(clippy::too_many_arguments, reason = "as above, and one that hardly any source has")]
+    pub(crate) fn visible_weighted(
+        &self,
+        receiver: &Receiver,
+        source: &ConvexPolygon,
+        worth: Option<Weight>,
+        candidates: Candidates,
+        weight: f64,
+        seed: u64,
+        workspace: &mut Workspace,
+    ) -> Found {
         if !faces(receiver, source) {
             return Found::default();
         }
         let Workspace { kernel, own, .. } = workspace;
         let exact = |candidates: &[u32], kernel: &mut Scratch| {
-            let found =
-                visible_form_factor(receiver, source, self.blockers.polygons(), candidates, kernel).ok()?;
+            let polygons = self.blockers.polygons();
+            let found = visible_weighted(receiver, source, worth, polygons, candidates, kernel).ok()?;
             self.counters.exact.fetch_add(1, Ordering::Relaxed);
             Some(Found { value: found.value, noise: 0.0 })
         };
@@ -151,7 +168,7 @@ impl<'a> FormFactors<'a> {
             return found;
         }
         // In a crowd, look at this receiver's own pyramid, unless a few rays are good enough.
-        let unoccluded = unoccluded_form_factor(receiver, source);
+        let unoccluded = unoccluded_weighted(receiver, source, worth);
         let count = rays_for(weight * unoccluded);
         if count > FEW_RAYS {
             let shaft =
@@ -238,7 +255,7 @@ impl<'a> Clustered<'a> {
         &self.of.receivers[self.cluster.members[k] as usize]
     }
 
-    fn seed(&self, k: usize) -> u64 {
+    pub(crate) fn seed(&self, k: usize) -> u64 {
         self.of.seeds[self.cluster.members[k] as usize]
     }
 
@@ -309,6 +326,11 @@ impl FormFactors<'_> {
             .collect();
         workspace.shared = shared;
         values
+    }
+
+    /// Counts a point that was visible or not, or a source that nothing could block.
+    pub(crate) fn count_point(&self) {
+        self.counters.exact.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Counts shadow rays that stand for one exchange.

@@ -178,6 +178,24 @@ impl Gather<'_> {
                     self.form_factors.of_cluster(at, polygon, weight, known, workspace, found);
                     None
                 });
+                for lamp in &tree.lamps {
+                    lamp.light_cluster(
+                        at,
+                        self.form_factors,
+                        self.weight(DVec3::ONE),
+                        workspace,
+                        |k, brought| {
+                            sums[k].irradiance += brought.irradiance;
+                            sums[k].variance += brought.variance;
+                        },
+                    );
+                }
+                if let Some(sky) = &tree.sky {
+                    sky.light_cluster(at, self.form_factors, self.wanted_error, workspace, |k, brought| {
+                        sums[k].irradiance += brought.irradiance;
+                        sums[k].variance += brought.variance;
+                    });
+                }
                 sums
             })
             .collect();

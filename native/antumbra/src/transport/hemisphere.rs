@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use crate::lamps::Sky;
 use crate::transport::gather::Arrived;
 use crate::visibility::Receiver;
 use crate::visibility::blockers::Blockers;
@@ -99,9 +100,11 @@ impl Effort {
 
 /// Lit surfaces, looked at from any point.
 pub(crate) struct Surroundings<'a> {
-    /// Patches, by index; their normals are on their fronts.
-    pub(crate) patches: &'a Blockers,
-    /// What each patch sends from its front and back, W/m².
+    /// Their normals are on their fronts.
+    pub(crate) surfaces: &'a Blockers,
+    /// What lies beyond them.
+    pub(crate) sky: Option<&'a Sky>,
+    /// What each surface sends from its front and back, W/m².
     pub(crate) radiosity: Vec<[DVec3; 2]>,
     pub(crate) effort: &'a Effort,
 }
@@ -121,9 +124,11 @@ impl Surroundings<'_> {
         let mut differences = 0.0;
         let mut previous = DVec3::ZERO;
         for (k, direction) in directions.about(receiver.normal, 0.0).enumerate() {
-            let seen = self.patches.first_hit(receiver.position, direction);
-            let light =
-                seen.map_or(DVec3::ZERO, |hit| self.radiosity[hit.polygon as usize][usize::from(!hit.front)]);
+            let seen = self.surfaces.first_hit(receiver.position, direction);
+            let light = match seen {
+                Some(hit) => self.radiosity[hit.polygon as usize][usize::from(!hit.front)],
+                None => self.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction)),
+            };
             sum += light;
             if k % 2 == 1 {
                 // Of two neighbouring strata, the square of the difference is on average the sum of their variances.

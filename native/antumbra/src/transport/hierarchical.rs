@@ -112,9 +112,8 @@ impl<'a> Hierarchical<'a> {
             caught: Vec::new(),
         };
         // As if all surfaces got the same of what is sent
-        let sent: DVec3 = emitters.polygons.iter().map(|lamp| lamp.polygon.area() * lamp.radiosity).sum();
         let area: f64 = world.faces.iter().map(|face| face.area).sum();
-        this.mean_shown = this.mean_of(&vec![sent.abs() / area; this.hierarchy.nodes.len()]);
+        this.mean_shown = this.mean_of(&vec![emitters.power.abs() / area; this.hierarchy.nodes.len()]);
         this.gather_direct(None, ends)?;
         this.propagate(&this.reflected_direct());
         // What is shown may get none of it directly
@@ -270,6 +269,9 @@ impl<'a> Hierarchical<'a> {
     fn emitted_inside(&self, spaces: &[u32], closed: &[bool]) -> Option<DVec3> {
         let lit =
             |index: usize| self.direct[index].mean != DVec3::ZERO && self.hierarchy.nodes[index].is_leaf();
+        if !self.emitters.tree.lamps.is_empty() || self.emitters.tree.sky.is_some() {
+            return None;
+        }
         let mut lit_leaves = (0..closed.len()).filter(|&index| lit(index));
         let space = spaces[lit_leaves.next().filter(|&first| closed[first])?];
         if !lit_leaves.all(|index| closed[index] && spaces[index] == space) {

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::display::Display;
 use crate::error::Error;
+use crate::lamps::Sky;
 use crate::mesh::Mesh;
 use crate::mesh::coarse::cut_into_patches;
 use crate::monitor::Monitor;
@@ -27,7 +28,7 @@ use crate::transport::hemisphere::{Directions, Effort, Surroundings};
 use crate::transport::hierarchical::named;
 use crate::transport::patches::received;
 use crate::transport::shooting::PatchMesh;
-use crate::transport::sources::{Emitters, Sources};
+use crate::transport::sources::{Emitters, Patch, Sources};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{R2, point_on, splitmix, unit};
 use crate::visibility::{ConvexPolygon, Receiver};
@@ -72,7 +73,10 @@ pub(crate) struct Looking<'a> {
     emitters: &'a Emitters,
     mesh: Mesh,
     patches: Sources,
+    /// Patches that block.
     tree: Blockers,
+    /// Which patch each polygon of the tree is.
+    blocking: Vec<u32>,
     rows: Rows,
     /// Per side: whether all light that it gets stays among such as it for ever.
     endless: Vec<bool>,
@@ -115,11 +119,19 @@ impl<'a> Looking<'a> {
     ) -> Result<Self, Error> {
         let PatchMesh { mesh, elements, .. } = patches;
         let patches = Sources::new(world, &mesh, &elements);
-        let polygons = patches.patches.iter().map(|patch| patch.polygon.clone()).collect();
+        let blocks = |patch: &Patch| world.material(mesh.element(patch.elements[0]).face).blocks;
+        let blocking: Vec<u32> = (patches.patches.iter().enumerate())
+            .filter(|(_, patch)| blocks(patch))
+            .map(|(index, _)| index as u32)
+            .collect();
+        let polygons =
+            blocking.iter().map(|&index| patches.patches[index as usize].polygon.clone()).collect();
         let tree = Blockers::new(polygons, world.diagonal);
         let shown = patches.patches.iter().filter(|patch| patch.receives).map(|patch| patch.polygon.area());
         let effort = Effort::of(RAYS_SHOWN, shown, FEWEST_SHOWN);
-        let rows = Rows::look_around(&patches, &tree, monitor)?;
+        let around =
+            Around { patches: &patches, tree: &tree, blocking: &blocking, sky: emitters.around.as_ref() };
+        let rows = Rows::look_around(around, monitor)?;
         let mut this = Self {
             effort,
             world,
@@ -135,13 +147,14 @@ impl<'a> Looking<'a> {
             indirect: vec![DVec3::ZERO; patches.len()],
             patches,
             tree,
+            blocking,
             iterations: 0,
             mean_shown: 0.0,
             solved: false,
         };
         // As if all surfaces got the same of what is sent
         let area: f64 = world.faces.iter().map(|face| face.area).sum();
-        this.mean_shown = this.mean_of(&vec![emitters.power().abs() / area; this.patches.len()]);
+        this.mean_shown = this.mean_of(&vec![emitters.power.abs() / area; this.patches.len()]);
         this.gather_direct(ends)?;
         this.refuse_endless_light()?;
         this.solve_system();
@@ -162,7 +175,7 @@ impl<'a> Looking<'a> {
                 }
             }
             if area > 0.0 {
-                self.direct[2 * index] = power / area;
+                self.direct[2 * index] = power / area + self.rows.from_sky[2 * index];
             }
         }
         self.solve_system();
@@ -189,7 +202,7 @@ impl<'a> Looking<'a> {
         };
         self.direct = vec![DVec3::ZERO; self.patches.len()];
         for (side, arrived) in sides.into_iter().zip(gather.at(&receivers, &seeds, &[])?) {
-            self.direct[side] = arrived.irradiance;
+            self.direct[side] = arrived.irradiance + self.rows.from_sky[side];
         }
         Ok(())
     }
@@ -243,7 +256,7 @@ impl<'a> Looking<'a> {
         let white = self.settings.quantity == Quantity::Irradiance;
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
         for (index, patch) in self.patches.patches.iter().enumerate().filter(|(_, patch)| patch.receives) {
-            let reflectance = if white { DVec3::ONE } else { patch.reflectance };
+            let reflectance = if white { DVec3::ONE } else { patch.shown };
             sum += patch.polygon.area() * reflectance * irradiance[2 * index];
             area += patch.polygon.area();
         }
@@ -265,8 +278,13 @@ impl<'a> Looking<'a> {
 
     /// What surfaces reflect.
     pub(crate) fn lit(&self) -> Reflected<'_> {
-        let radiosity = self.radiosity.chunks_exact(2).map(|sides| [sides[0], sides[1]]).collect();
-        Reflected::Around(Surroundings { patches: &self.tree, radiosity, effort: &self.effort })
+        let of = |&patch: &u32| [0, 1].map(|side| self.radiosity[2 * patch as usize + side]);
+        Reflected::Around(Surroundings {
+            surfaces: &self.tree,
+            radiosity: self.blocking.iter().map(of).collect(),
+            sky: self.emitters.around.as_ref(),
+            effort: &self.effort,
+        })
     }
 
     /// For the report.
@@ -281,12 +299,24 @@ impl<'a> Looking<'a> {
     }
 }
 
+/// What there is to see.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    patches: &'a Sources,
+    /// Patches that block, and which patch each of its polygons is.
+    tree: &'a Blockers,
+    blocking: &'a [u32],
+    sky: Option<&'a Sky>,
+}
+
 /// What the rays of each side of a patch meet: rows of the exchange.
 struct Rows {
     /// Where in `seen` the row of each side begins and ends.
     ranges: Vec<(u32, u32)>,
     /// Numbers of sides.
     seen: Vec<u32>,
+    /// Per side: irradiance that comes from beyond all surfaces, W/m².
+    from_sky: Vec<DVec3>,
 }
 
 impl Rows {
@@ -294,7 +324,8 @@ impl Rows {
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    fn look_around(patches: &Sources, tree: &Blockers, monitor: &Monitor) -> Result<Self, Error> {
+    fn look_around(around: Around, monitor: &Monitor) -> Result<Self, Error> {
+        let patches = around.patches;
         let area = |side: usize| patches.patches[side / 2].polygon.area();
         let effort = Effort::of(RAYS, (0..patches.len()).map(area), FEWEST);
         // What is black sends nothing on, whatever it gets.
@@ -305,16 +336,20 @@ impl Rows {
             known[2 * index] = true;
             wave.push(2 * index as u32);
         }
-        let mut rows = Self { ranges: vec![(0, 0); patches.len()], seen: Vec::new() };
+        let mut rows = Self {
+            ranges: vec![(0, 0); patches.len()],
+            seen: Vec::new(),
+            from_sky: vec![DVec3::ZERO; patches.len()],
+        };
         while !wave.is_empty() {
             monitor.check()?;
             wave.retain(|&side| matters(side as usize));
-            let met: Vec<Vec<u32>> = wave
-                .par_iter()
-                .map(|&side| look(patches, tree, side as usize, effort.directions(area(side as usize))))
+            let met: Vec<(Vec<u32>, DVec3)> = (wave.par_iter())
+                .map(|&side| look(around, side as usize, effort.directions(area(side as usize))))
                 .collect();
             let mut next = Vec::new();
-            for (side, met) in wave.into_iter().zip(met) {
+            for (side, (met, from_sky)) in wave.into_iter().zip(met) {
+                rows.from_sky[side as usize] = from_sky;
                 let start = rows.seen.len() as u32;
                 for &other in met.iter().filter(|&&other| other != NOTHING) {
                     if !std::mem::replace(&mut known[other as usize], true) {
@@ -357,19 +392,24 @@ impl Rows {
     }
 }
 
-/// What the rays of one side meet.
-fn look(patches: &Sources, tree: &Blockers, side: usize, directions: &Directions) -> Vec<u32> {
-    let polygon = &patches.patches[side / 2].polygon;
+/// What the rays of one side meet, and the irradiance that they bring from beyond all surfaces, W/m².
+fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, DVec3) {
+    let polygon = &around.patches.patches[side / 2].polygon;
     let seed = splitmix(side as u64);
     let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
-    (directions.about(normal(polygon, side), unit(seed)).enumerate())
+    let mut from_sky = DVec3::ZERO;
+    let met = (directions.about(normal(polygon, side), unit(seed)).enumerate())
         .map(|(k, direction)| {
             // Points in an order of their own: neighbouring directions leave from all over the patch.
             let uv: [f64; 2] = std::array::from_fn(|axis| (shift[axis] + (k + 1) as f64 * R2[axis]).fract());
-            let hit = tree.first_hit(point_on(polygon, uv), direction);
-            hit.map_or(NOTHING, |hit| 2 * hit.polygon + u32::from(!hit.front))
+            let Some(hit) = around.tree.first_hit(point_on(polygon, uv), direction) else {
+                from_sky += around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
+                return NOTHING;
+            };
+            2 * around.blocking[hit.polygon as usize] + u32::from(!hit.front)
         })
-        .collect()
+        .collect();
+    (met, from_sky / directions.len() as f64)
 }
 
 /// Of a side of a patch, away from it.

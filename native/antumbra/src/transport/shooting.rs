@@ -143,6 +143,14 @@ impl<'a> Shooting<'a> {
         light(&gather, &shooting.mesh, &mut shooting.direct)?;
         let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
         shooting.start(means);
+        if emitters.tree.sky.is_some() {
+            // How exactly it must be looked at is known only after a first look
+            shooting.direct.clear();
+            let gather = shooting.gather_direct(ends);
+            light(&gather, &shooting.mesh, &mut shooting.direct)?;
+            let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
+            shooting.start(means);
+        }
         Ok(shooting)
     }
 
@@ -255,7 +263,7 @@ impl<'a> Shooting<'a> {
         self.receivers = both_sides(&self.mesh.samples);
         self.seeds = (0..self.receivers.len() as u64).collect();
         self.clusters = clusters(&self.receivers, 2 * CLUSTER_SIZE);
-        self.balance = Balance::new(&self.sources, self.emitters.power(), means);
+        self.balance = Balance::new(&self.sources, self.emitters.power, means);
         self.sent = vec![DVec3::ZERO; self.sources.len()];
         self.kept = vec![None; self.sources.len()];
         self.indirect = vec![DVec3::ZERO; self.mesh.samples.len()];

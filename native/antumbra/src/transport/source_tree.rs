@@ -4,6 +4,7 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use crate::lamps::{Lamp, Sky};
 use crate::mesh::{Mesh, Side};
 use crate::transport::hierarchy::{Hierarchy, NodeId, REPRESENTATIVES};
 use crate::transport::links::NodeLight;
@@ -49,6 +50,9 @@ struct Node {
 pub(crate) struct SourceTree {
     nodes: Vec<Node>,
     roots: Vec<u32>,
+    /// What is no surface.
+    pub(crate) lamps: Vec<Lamp>,
+    pub(crate) sky: Option<Sky>,
 }
 
 impl SourceTree {
@@ -164,7 +168,13 @@ impl SourceTree {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.roots.is_empty()
+        self.roots.is_empty() && self.lamps.is_empty() && self.sky.is_none()
+    }
+
+    /// What comes from no surface, at most and about, to any of some receivers if nothing blocks, W/m².
+    pub(crate) fn brightest_beyond(&self, receivers: &[Receiver]) -> DVec3 {
+        let from_lamps: DVec3 = self.lamps.iter().map(|lamp| lamp.brightest(receivers)).sum();
+        from_lamps + self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.brightest(receivers))
     }
 
     /// Polygons that are not parts of others, with what they send, W/m².

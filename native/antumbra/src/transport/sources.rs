@@ -7,6 +7,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use crate::index::{ElementId, FaceId, VertexId, typed_index};
+use crate::lamps::{Lamp, Sky};
 use crate::mesh::{Mesh, Side};
 use crate::scene::quads::{Half, Merged, merge};
 use crate::scene::world::{Face, World};
@@ -31,14 +32,18 @@ pub(crate) struct Patch {
     pub(crate) receives: bool,
 }
 
-/// What emits: faces and area lights.
+/// What emits: faces, area lights and lamps.
 #[derive(Debug)]
 pub(crate) struct Emitters {
     /// Each emits from the side of its normal; an emitting face is there twice.
     pub(crate) polygons: Vec<LitPolygon>,
     /// The same for those who gather.
     pub(crate) tree: SourceTree,
-    /// Emitting faces and area lights, before their two sides were told apart.
+    /// The sky, where it is met along rays and not sought out.
+    pub(crate) around: Option<Sky>,
+    /// Power that is emitted, W; of what is far away, what could be caught of it.
+    pub(crate) power: DVec3,
+    /// Emitting faces and all other lights, before the two sides of faces were told apart.
     pub(crate) lights: usize,
 }
 
@@ -70,12 +75,24 @@ impl Emitters {
                 lights += 1;
             }
         }
-        Self { tree: SourceTree::flat(&polygons), polygons, lights }
+        let lamps = Lamp::all(world);
+        let sky = Sky::of_world(world);
+        lights += lamps.len() + usize::from(sky.is_some());
+        let surface_area: f64 = world.faces.iter().map(|face| face.area).sum();
+        let from_lamps: DVec3 = lamps.iter().map(|lamp| lamp.power(surface_area)).sum();
+        let from_sky = sky.as_ref().map_or(DVec3::ZERO, |sky| sky.power(surface_area));
+        let from_polygons: DVec3 = polygons.iter().map(|lit| lit.radiosity * lit.polygon.area()).sum();
+        let mut tree = SourceTree::flat(&polygons);
+        tree.lamps = lamps;
+        tree.sky = sky;
+        Self { tree, around: None, polygons, power: from_polygons + from_lamps + from_sky, lights }
     }
+}
 
-    /// Power that is emitted, W.
-    pub(crate) fn power(&self) -> DVec3 {
-        self.polygons.iter().map(|lit| lit.radiosity * lit.polygon.area()).sum()
+impl Emitters {
+    /// Leaves the sky to those who look around.
+    pub(crate) fn look_around_for_the_sky(&mut self) {
+        self.around = self.tree.sky.take();
     }
 }
 

@@ -18,6 +18,8 @@ use crate::visibility::shaft::Shaft;
 /// The blocking polygons of a scene.
 pub(crate) struct Blockers {
     polygons: Vec<ConvexPolygon>,
+    /// The largest of them.
+    large: Vec<u32>,
     tree: Option<Bvh2>,
     /// What rays need of the polygons, in the order of the tree: neighbours lie in memory side by side.
     panels: Vec<Panel>,
@@ -47,7 +49,7 @@ impl Blockers {
     /// Builds the tree. Polygons keep their indices.
     pub(crate) fn new(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
         if polygons.is_empty() {
-            return Self { polygons, tree: None, panels: Vec::new(), diagonal };
+            return Self { polygons, large: Vec::new(), tree: None, panels: Vec::new(), diagonal };
         }
         let mut boxes: Vec<Aabb> = polygons.iter().map(grown_box).collect();
         // obvhs 0.4.0 gives a primitive centred on the maximum bound the Morton code 0, far from its neighbours, and
@@ -57,12 +59,13 @@ impl Blockers {
         boxes.push(Aabb::from_point(whole.min - margin));
         boxes.push(Aabb::from_point(whole.max + margin));
         let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
+        let large = largest(&polygons);
         let panels = (tree.primitive_indices.iter())
             .map(|&index| {
                 polygons.get(index as usize).map_or_else(Panel::nowhere, |polygon| Panel::new(index, polygon))
             })
             .collect();
-        Self { polygons, tree: Some(tree), panels, diagonal }
+        Self { polygons, large, tree: Some(tree), panels, diagonal }
     }
 
     /// Size of the scene, metres.
@@ -73,6 +76,11 @@ impl Blockers {
     /// All polygons, by index.
     pub(crate) fn polygons(&self) -> &[ConvexPolygon] {
         &self.polygons
+    }
+
+    /// Indices of the largest polygons: walls and the like, which hide much at once.
+    pub(crate) fn large(&self) -> &[u32] {
+        &self.large
     }
 
     /// Collects the polygons that could block light inside the shaft, in ascending order.
@@ -102,6 +110,15 @@ impl Blockers {
         // The tree's order depends on its builder; the kernel's rounding must not.
         found.sort_unstable();
         Ok(())
+    }
+
+    /// Whether what is asked holds for any of the polygons that may lie inside a shaft.
+    pub(crate) fn any(&self, shaft: &Shaft, asked: impl Fn(&ConvexPolygon) -> bool) -> bool {
+        let in_shaft = |low, high| shaft.may_touch_box(low, high);
+        let outcome = self.visit(in_shaft, |_, polygon| {
+            if asked(polygon) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        outcome.is_break()
     }
 
     /// Collects the polygons near a box, in ascending order.
@@ -202,6 +219,17 @@ impl Blockers {
         });
         first
     }
+}
+
+/// How many polygons count as large: the walls, floors and tops of a few rooms.
+const MOST_LARGE: usize = 64;
+
+fn largest(polygons: &[ConvexPolygon]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..polygons.len() as u32).collect();
+    let area = |index: &u32| polygons[*index as usize].area();
+    order.sort_unstable_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
+    order.truncate(MOST_LARGE);
+    order
 }
 
 /// The polygon's box, grown by the rounding of its corners to f32 and of a ray's origin.

@@ -36,6 +36,16 @@ pub(crate) const RADON_RULE: [(f64, [f64; 3]); 7] = {
     ]
 };
 
+/// What directions from the receiver, of any length, are worth: 0 to a few.
+pub(crate) type Weight<'a> = &'a (dyn Fn(DVec3) -> f64 + 'a);
+
+/// Share of a source's form factor up to which a weighted part may be wrong before it is quartered. Such weights fade
+/// to 0 with a bend, behind which no rule is exact: 1e-5 of a source is a thousandth of the default tolerance.
+const WEIGHTED_ERROR: f64 = 1e-5;
+
+/// Times that a part is quartered for its weight: a weight that jumps is then resolved to a thousandth of the area.
+const MOST_QUARTERINGS: u32 = 5;
+
 /// A source as a receiver sees it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeenSource {
@@ -114,19 +124,50 @@ impl SeenSource {
     /// Radon's rule on the fan of triangles about the first vertex.
     fn by_quadrature(&self, outline: &[Vertex]) -> f64 {
         let a = outline[0].point;
-        let mut sum = 0.0;
-        for edge in outline.windows(2).skip(1) {
-            let (b, c) = (edge[0].point, edge[1].point);
-            let area = 0.5 * self.normal.dot((b - a).cross(c - a));
-            let mut mean = 0.0;
-            for (weight, [u, v, w]) in RADON_RULE {
-                let point = a * u + b * v + c * w;
-                let distance2 = point.length_squared();
-                mean += weight * self.receiver_normal.dot(point) / (distance2 * distance2);
-            }
-            sum += area * mean;
+        let triangles = outline.windows(2).skip(1).map(|edge| [a, edge[0].point, edge[1].point]);
+        triangles.map(|triangle| self.of_triangle(triangle, |_| 1.0)).sum::<f64>() * self.distance
+            / std::f64::consts::PI
+    }
+
+    /// Radon's rule on one triangle, with each direction times its weight: the form factor times `pi/distance`.
+    fn of_triangle(&self, [a, b, c]: [DVec3; 3], weight: impl Fn(DVec3) -> f64) -> f64 {
+        let area = 0.5 * self.normal.dot((b - a).cross(c - a));
+        let mut mean = 0.0;
+        for (share, [u, v, w]) in RADON_RULE {
+            let point = a * u + b * v + c * w;
+            let distance2 = point.length_squared();
+            mean += share * weight(point) * self.receiver_normal.dot(point) / (distance2 * distance2);
         }
-        sum * self.distance / std::f64::consts::PI
+        area * mean
+    }
+
+    /// Form factor from the receiver to a fragment of the source with every direction times its weight: the rule on
+    /// triangles that are quartered until halving them changes nothing that matters beside `whole`, the source's.
+    pub(super) fn weighted_form_factor(&self, outline: &[Vertex], weight: Weight, whole: f64) -> f64 {
+        let scale = self.distance / std::f64::consts::PI;
+        let error = WEIGHTED_ERROR * whole / scale;
+        let a = outline[0].point;
+        let sum: f64 = (outline.windows(2).skip(1))
+            .map(|edge| {
+                let triangle = [a, edge[0].point, edge[1].point];
+                self.quartered(triangle, weight, self.of_triangle(triangle, weight), error, MOST_QUARTERINGS)
+            })
+            .sum();
+        sum * scale
+    }
+
+    fn quartered(&self, [a, b, c]: [DVec3; 3], weight: Weight, coarse: f64, error: f64, left: u32) -> f64 {
+        let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+        let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+        let values = quarters.map(|quarter| self.of_triangle(quarter, weight));
+        let fine: f64 = values.iter().sum();
+        if left == 0 || (fine - coarse).abs() <= error {
+            return fine;
+        }
+        // Errors of the parts have signs of their own: half of it for each adds up to less.
+        (quarters.into_iter().zip(values))
+            .map(|(quarter, value)| self.quartered(quarter, weight, value, 0.5 * error, left - 1))
+            .sum()
     }
 }
 
@@ -174,9 +215,23 @@ fn atan_ratio(t2: f64) -> f64 {
 /// Whichever way the source faces: whether it sends light to that side is for the caller to decide. Exactly 0 when
 /// the receiver lies in the source's plane or the source is below the receiver's horizon.
 pub fn unoccluded_form_factor(receiver: &Receiver, source: &ConvexPolygon) -> f64 {
+    unoccluded_weighted(receiver, source, None)
+}
+
+/// The same, with every direction times its weight.
+pub(crate) fn unoccluded_weighted(
+    receiver: &Receiver,
+    source: &ConvexPolygon,
+    weight: Option<Weight>,
+) -> f64 {
     let mut outline = Outline::new();
-    SeenSource::look(receiver, source, &mut outline)
-        .map_or(0.0, |seen| seen.form_factor(&outline).clamp(0.0, 1.0))
+    SeenSource::look(receiver, source, &mut outline).map_or(0.0, |seen| {
+        let whole = seen.form_factor(&outline);
+        match weight {
+            None => whole.clamp(0.0, 1.0),
+            Some(weight) => seen.weighted_form_factor(&outline, weight, whole).max(0.0),
+        }
+    })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::clip::{Cut, Fragments, Outline, Plane, Vertex, plane_distance};
-use super::form_factor::SeenSource;
+use super::form_factor::{SeenSource, Weight};
 use super::polygon::{ConvexPolygon, Receiver};
 
 /// Most visible fragments that one source may fall into before the computation gives up.
@@ -134,6 +134,27 @@ impl Scratch {
     }
 }
 
+/// Whether a polygon hides a point from a receiver position, by the planes that decide what it hides of a source.
+///
+/// `target`: relative to the receiver, metres. A polygon that the receiver lies on hides nothing, nor does one that the
+/// target lies on; on its border it hides, so that nothing leaks between two that share an edge.
+pub(crate) fn hides(polygon: &ConvexPolygon, receiver: DVec3, target: DVec3) -> bool {
+    let target = Vertex::new(target);
+    let vertices = polygon.vertices();
+    let world = polygon.extent().max(receiver.abs().max_element());
+    let distance = plane_distance(polygon.normal(), vertices[0] - receiver, world);
+    if distance == 0.0 || Plane::beyond(polygon.normal(), distance, world).side(&target) <= 0.0 {
+        return false;
+    }
+    let mut from = vertices[vertices.len() - 1];
+    vertices.iter().all(|&to| {
+        // Seen from the front, the outline runs clockwise about the direction of sight.
+        let (left, right) = if distance < 0.0 { (to, from) } else { (from, to) };
+        from = to;
+        Plane::through_edge(receiver, left, right).is_none_or(|plane| plane.side(&target) >= 0.0)
+    })
+}
+
 /// Share of the receiver's cosine-weighted hemisphere that the visible part of `source` fills.
 ///
 /// `candidates` are the indices into `polygons` of everything that may block, which they do from both sides; the
@@ -152,6 +173,21 @@ pub fn visible_form_factor(
     candidates: &[u32],
     scratch: &mut Scratch,
 ) -> Result<VisibleFormFactor, TooManyFragments> {
+    visible_weighted(receiver, source, None, polygons, candidates, scratch)
+}
+
+/// The same, with every direction times its weight: what a source sends that is not alike in all directions.
+///
+/// # Errors
+/// [`TooManyFragments`] as above.
+pub(crate) fn visible_weighted(
+    receiver: &Receiver,
+    source: &ConvexPolygon,
+    weight: Option<Weight>,
+    polygons: &[ConvexPolygon],
+    candidates: &[u32],
+    scratch: &mut Scratch,
+) -> Result<VisibleFormFactor, TooManyFragments> {
     let Scratch { outline, corners, fragments, suspects, planes, blockers } = scratch;
     blockers.clear();
 
@@ -159,7 +195,16 @@ pub fn visible_form_factor(
     let Some(seen) = SeenSource::look(receiver, source, outline) else {
         return Ok(VisibleFormFactor { value: 0.0, unoccluded: 0.0, state: Visibility::BelowHorizon });
     };
-    let unoccluded = seen.form_factor(outline).clamp(0.0, 1.0);
+    let whole = seen.form_factor(outline);
+    let form_factor = |outline: &[Vertex]| match weight {
+        None => seen.form_factor(outline),
+        Some(weight) => seen.weighted_form_factor(outline, weight, whole),
+    };
+    // A weight may be above 1.
+    let unoccluded = match weight {
+        None => whole.clamp(0.0, 1.0),
+        Some(_) => form_factor(outline).max(0.0),
+    };
     if candidates.is_empty() {
         return Ok(VisibleFormFactor { value: unoccluded, unoccluded, state: Visibility::Visible });
     }
@@ -196,7 +241,7 @@ pub fn visible_form_factor(
     }
 
     // Sum what is left
-    let visible: f64 = fragments.outlines().map(|outline| seen.form_factor(outline)).sum();
+    let visible: f64 = fragments.outlines().map(form_factor).sum();
     let value = visible.clamp(0.0, unoccluded);
     Ok(VisibleFormFactor { value, unoccluded, state: Visibility::Partial })
 }

@@ -25,9 +25,10 @@ mod polygon;
 pub(crate) mod rays;
 pub(crate) mod shaft;
 
-pub(crate) use form_factor::RADON_RULE;
 pub use form_factor::unoccluded_form_factor;
+pub(crate) use form_factor::{RADON_RULE, Weight, unoccluded_weighted};
 pub use hidden::{
     MAX_FRAGMENTS, Scratch, TooManyFragments, Visibility, VisibleFormFactor, visible_form_factor,
 };
+pub(crate) use hidden::{hides, visible_weighted};
 pub use polygon::{ConvexPolygon, Receiver};

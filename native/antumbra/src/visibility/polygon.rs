@@ -80,6 +80,13 @@ impl ConvexPolygon {
         flipped
     }
 
+    /// The same polygon in another place.
+    pub(crate) fn moved(&self, by: DVec3) -> Self {
+        let vertices: SmallVec<[DVec3; 4]> = self.vertices.iter().map(|&vertex| vertex + by).collect();
+        let extent = vertices.iter().map(|vertex| vertex.abs().max_element()).fold(0.0, f64::max);
+        Self { vertices, normal: self.normal, centroid: self.centroid + by, area: self.area, extent }
+    }
+
     /// The outline, counter-clockwise about [`Self::normal`], metres.
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices

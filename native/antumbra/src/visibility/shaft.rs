@@ -82,6 +82,66 @@ impl Shaft {
         shaft
     }
 
+    /// Between receiver points, given with the edges of their hull, and whatever is far away in a cone of directions.
+    ///
+    /// `cone`: one direction or the corners of a convex polygon of them, in order. `reach`: how far from the points
+    /// anything can be, metres. `receiver_plane` as for [`Self::new`].
+    pub(crate) fn along(
+        points: &[DVec3],
+        edges: &[[usize; 2]],
+        cone: &[DVec3],
+        reach: f64,
+        receiver_plane: Option<(DVec3, DVec3)>,
+    ) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &p in points {
+            low = low.min(p);
+            high = high.max(p);
+        }
+        let [least, most] = cone.iter().fold([DVec3::ZERO; 2], |[least, most], &direction| {
+            let far = reach * direction.normalize_or_zero();
+            [least.min(far), most.max(far)]
+        });
+        // Between its corners a cone may reach further along an axis than at them.
+        let all = |way: DVec3| if cone.len() > 1 { reach * way.signum() } else { way };
+        low += DVec3::select(least.cmplt(DVec3::ZERO), all(least), DVec3::ZERO);
+        high += DVec3::select(most.cmpgt(DVec3::ZERO), all(most), DVec3::ZERO);
+        let slack = ROUNDING * (high - low).length();
+        let mut shaft = Self { low, high, sides: SmallVec::new(), caps: SmallVec::new(), slack };
+        // Sides through an edge of the cone, then through an edge of the receivers and a direction: what all directions
+        // lie on one side of keeps all rays on that side of where the receivers end.
+        let mut add = |normal: DVec3| {
+            let Some(normal) = normal.try_normalize() else { return };
+            let sides = cone.iter().map(|d| normal.dot(*d) / d.length());
+            let (least, most) =
+                sides.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), s| (l.min(s), m.max(s)));
+            for (normal, inside) in [(normal, least >= -ROUNDING), (-normal, most <= ROUNDING)] {
+                if inside {
+                    let ends = points.iter().map(|&p| normal.dot(p)).fold(f64::INFINITY, f64::min);
+                    // Directions that lie on the plane are off it by rounding, over all of the reach.
+                    shaft.sides.push(HalfSpace { normal, offset: ends - 2.0 * slack });
+                }
+            }
+        };
+        for (k, &direction) in cone.iter().enumerate() {
+            if cone.len() > 2 {
+                add(direction.cross(cone[(k + 1) % cone.len()]));
+            }
+            for &[i, j] in edges {
+                add((points[j] - points[i]).cross(direction));
+            }
+        }
+        if points.len() == 1 && cone.len() == 1 {
+            let across = cone[0].any_orthogonal_vector();
+            add(across);
+            add(cone[0].cross(across));
+        }
+        if let Some((point, normal)) = receiver_plane {
+            shaft.caps.push(HalfSpace { normal, offset: normal.dot(point) + slack });
+        }
+        shaft
+    }
+
     /// Around a box of receivers and the box around a source: looser than [`Self::new`], and a tenth of the work.
     pub(crate) fn of_boxes(receivers: [DVec3; 2], source: &ConvexPolygon) -> Self {
         let vertices = source.vertices();
@@ -89,6 +149,18 @@ impl Shaft {
             vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min),
             vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
         ];
+        let mut shaft = Self::between_boxes(receivers, around);
+        let normal = source.normal();
+        let at = normal.dot(vertices[0]);
+        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), receivers[0], receivers[1]);
+        if normal.dot(nearest) >= at {
+            shaft.caps.push(HalfSpace { normal, offset: at + shaft.slack });
+        }
+        shaft
+    }
+
+    /// The hull of two boxes, given by their lowest and highest corners.
+    pub(crate) fn between_boxes(receivers: [DVec3; 2], around: [DVec3; 2]) -> Self {
         let (low, high) = (receivers[0].min(around[0]), receivers[1].max(around[1]));
         let slack = ROUNDING * (high - low).length();
         let mut shaft = Self { low, high, sides: SmallVec::new(), caps: SmallVec::new(), slack };
@@ -116,13 +188,14 @@ impl Shaft {
                 shaft.sides.push(HalfSpace { normal, offset });
             }
         }
-        let normal = source.normal();
-        let at = normal.dot(vertices[0]);
-        let nearest = DVec3::select(normal.cmpge(DVec3::ZERO), receivers[0], receivers[1]);
-        if normal.dot(nearest) >= at {
-            shaft.caps.push(HalfSpace { normal, offset: at + slack });
-        }
         shaft
+    }
+
+    /// The same in front of a plane, given by a point on it and its normal: all receivers lie on it, and all light arrives
+    /// from there.
+    pub(crate) fn capped(mut self, point: DVec3, normal: DVec3) -> Self {
+        self.caps.push(HalfSpace { normal, offset: normal.dot(point) + self.slack });
+        self
     }
 
     /// Whether any part of a box may lie inside.
@@ -250,6 +323,48 @@ mod tests {
                 assert!(shafts.iter().all(|shaft| shaft.may_block(&blocker)));
             }
             rejected += usize::from(!shafts[0].may_block(&blocker));
+        }
+        assert!(between > 100 && rejected > 5_000, "{between} between, {rejected} rejected");
+    }
+
+    /// Whatever a ray from the receivers into the cone meets is kept, for cones of one direction and of several.
+    #[test]
+    fn shafts_along_directions_keep_all_that_comes_between() {
+        let mut state = 11;
+        let mut random = || {
+            state = splitmix(state);
+            unit(state)
+        };
+        let (mut between, mut rejected) = (0, 0);
+        for case in 0..100_000 {
+            let mut point = |size: f64| size * DVec3::new(random(), random(), random());
+            let (one, other) = (point(1.0), point(1.0));
+            let (low, high) = (one.min(other), one.max(other));
+            let middle = (point(2.0) - 1.0).normalize();
+            let (u, v) = middle.any_orthonormal_pair();
+            let corners = [u + v, v - u, -u - v, u - v].map(|corner| middle + 0.3 * corner);
+            let cone = if case % 2 == 0 { &corners[..] } else { std::slice::from_ref(&middle) };
+            let shift = point(4.0) - 1.5;
+            let triangle =
+                ConvexPolygon::triangle(shift + point(1.0), shift + point(1.0), shift + point(1.0));
+            let Some(blocker) = triangle else { continue };
+            let shaft = Shaft::along(&box_corners(low, high), &BOX_EDGES, cone, 20.0, None);
+            let from = low + (high - low) * point(1.0);
+            let inside = point(2.0) - 1.0;
+            let way = if cone.len() > 1 { middle + 0.3 * (inside.x * u + inside.y * v) } else { middle };
+            let normal = blocker.normal();
+            let at = normal.dot(blocker.vertices()[0] - from) / normal.dot(way);
+            let crossing = from + at * way;
+            let vertices = blocker.vertices();
+            let crosses = at > 0.0
+                && (0..3).all(|k| {
+                    (vertices[(k + 1) % 3] - vertices[k]).cross(crossing - vertices[k]).dot(normal) > 0.0
+                });
+            if crosses {
+                between += 1;
+                assert!(shaft.may_block(&blocker), "{case}");
+            }
+            rejected += usize::from(!shaft.may_block(&blocker));
         }
         assert!(between > 100 && rejected > 5_000, "{between} between, {rejected} rejected");
     }

@@ -1,0 +1,213 @@
+//! Where the shadows of suns, points and spots end.
+//!
+//! Without an angle or a radius a lamp is seen or not: every silhouette edge of what may come between throws a line, across
+//! which the light jumps (the paper, §2.3: D0). It is drawn like a contact, with a value on each side.
+//!
+//! What is round throws two for each edge, in the planes through the edge that touch it: the borders of the penumbra. They
+//! are what a polygon's wedges of edges and vertices have around them; the many in between, one for each corner of a
+//! polygon that a disc is not, bend nothing. Which disc a light without falloff shows depends on the receiver, for its lines
+//! it is the one that the edge sees.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::adapt::line_choice::{ENDS, ShadowLine};
+use crate::adapt::line_search::{LineSearch, MOST_CANDIDATES, Part, line};
+use crate::error::Error;
+use crate::index::FaceId;
+use crate::lamps::Lamp;
+use crate::mesh::arrangement::LineKind;
+use crate::shadow::boundary::{Plane, clip_to_triangle};
+use crate::shadow::sharp::{Apex, shadow_of_edge};
+use crate::transport::form_factors::{FormFactors, Workspace};
+use crate::transport::gather::rms;
+use crate::visibility::Receiver;
+
+/// Times that a face is quartered in search of parts with few enough candidates.
+const DEEPEST: u32 = 5;
+
+/// Where it is looked whether the light jumps, along a line: as much as half of it may lie in another's shadow.
+const PROBES: [f64; 8] = [0.02, 0.13, 0.27, 0.42, 0.58, 0.73, 0.87, 0.98];
+
+/// The same for lines of penumbrae, where each look costs more.
+const PROBES_OF_SOFT: [f64; 3] = [0.15, 0.5, 0.85];
+
+/// Distance of the probes from a line, relative to the face: far above the rounding of the line and of the grid.
+const BESIDE: f64 = 1e-6;
+
+/// A face under search.
+struct Plate {
+    corners: [DVec3; 3],
+    plane: Plane,
+    reach: f64,
+    shown: DVec3,
+}
+
+impl LineSearch<'_> {
+    /// The borders of the shadows of suns, points and spots on every baked face that could be worth drawing.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn find_of_lamps(
+        &self,
+        lamps: &[Lamp],
+        form_factors: &FormFactors,
+    ) -> Result<Vec<(FaceId, Vec<ShadowLine>)>, Error> {
+        let lamps: Vec<(&Lamp, Apex)> = lamps.iter().filter_map(|lamp| Some((lamp, lamp.apex()?))).collect();
+        if lamps.is_empty() {
+            return Ok(Vec::new());
+        }
+        let faces: Vec<FaceId> =
+            FaceId::range(0..self.world.faces.len()).filter(|&face| self.world.receives(face)).collect();
+        let lines: Vec<Vec<ShadowLine>> = (faces.par_iter())
+            .map_init(Workspace::default, |workspace, &face| {
+                let plate = self.plate(face);
+                let mut lines = Vec::new();
+                for &(lamp, apex) in lamps.iter().filter(|_| !(self.ends)()) {
+                    let mut light = |position| {
+                        let receiver = Receiver { position, normal: plate.plane.normal };
+                        plate.shown * lamp.light(&receiver, form_factors, workspace)
+                    };
+                    self.add_lines_of_lamp(&plate, lamp, apex, &mut light, &mut lines);
+                }
+                lines
+            })
+            .collect();
+        self.monitor.check()?;
+        Ok(faces.into_iter().zip(lines).filter(|(_, lines)| !lines.is_empty()).collect())
+    }
+
+    fn plate(&self, id: FaceId) -> Plate {
+        let face = &self.world.faces[id.index()];
+        let corners = self.world.corners(face);
+        let point = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let reach = 1.01 * corners.iter().map(|c| c.distance(point)).fold(0.0, f64::max);
+        let plane = Plane { point, normal: face.normal };
+        Plate { corners, plane, reach, shown: self.shown[face.material as usize] }
+    }
+
+    /// Adds the lines of one lamp on one face.
+    ///
+    /// `light`: what of it is shown at a place, W/m².
+    fn add_lines_of_lamp(
+        &self,
+        plate: &Plate,
+        lamp: &Lamp,
+        apex: Apex,
+        light: &mut impl FnMut(DVec3) -> DVec3,
+        lines: &mut Vec<ShadowLine>,
+    ) {
+        let above = match apex {
+            Apex::Point(point) => plate.plane.normal.dot(point - plate.plane.point),
+            Apex::Direction(towards) => plate.plane.normal.dot(towards),
+        };
+        let least = self.price.map(|price| ENDS * price);
+        let most = rms(plate.shown * lamp.most_to(plate.plane.point, plate.reach));
+        // A line is at most as long as the face.
+        let could_pay = |least: f64| removes(0.5 * most, 2.0 * plate.reach) >= least;
+        if above <= 0.0 || !least.is_none_or(could_pay) {
+            return;
+        }
+
+        // Silhouette edges of all that may come between
+        let mut blockers = Vec::new();
+        self.between(plate.corners, plate.plane.normal, lamp, 0, &mut Vec::new(), &mut blockers);
+        blockers.sort_unstable();
+        blockers.dedup();
+        let mut edges: Vec<u32> =
+            blockers.iter().flat_map(|&blocker| self.edges.edges_of(blocker)).copied().collect();
+        edges.sort_unstable();
+        edges.dedup();
+
+        // Their shadows on the face
+        let mut add = |part: Part, kind: LineKind, error: f64| {
+            let removes = removes(error, plate.at(part[0]).distance(plate.at(part[1])));
+            if least.is_none_or(|least| removes >= least)
+                && let Some(line) = line(part, kind)
+            {
+                lines.push(ShadowLine::new(line, removes, self.allowed));
+            }
+        };
+        for edge in edges {
+            let ends = self.edges.edge(edge).ends;
+            let thrown = |apex: Apex| {
+                let silhouette = self.edges.is_silhouette_from(edge, apex);
+                silhouette.then(|| shadow_of_edge(apex, ends, &plate.plane, plate.reach)).flatten()
+            };
+            if lamp.is_sharp() {
+                if let Some(part) = thrown(apex).and_then(|traced| clip_to_triangle(traced, plate.corners)) {
+                    add(part, LineKind::Sharp, 0.5 * plate.jump(part, light));
+                }
+                continue;
+            }
+            let Some(borders) = lamp.tangents(ends) else { continue };
+            let borders = borders.map(thrown);
+            for (border, other) in [(borders[0], borders[1]), (borders[1], borders[0])] {
+                let (Some(border), Some(other)) = (border, other) else { continue };
+                if let Some(part) = clip_to_triangle(border, plate.corners) {
+                    add(part, LineKind::Shadow, plate.bend(part, other, light));
+                }
+            }
+        }
+    }
+
+    /// Collects what may come between a part of a face and a lamp; a crowd that no list holds is left to refinement.
+    fn between(
+        &self,
+        corners: [DVec3; 3],
+        normal: DVec3,
+        lamp: &Lamp,
+        level: u32,
+        found: &mut Vec<u32>,
+        blockers: &mut Vec<u32>,
+    ) {
+        let shaft = lamp.shaft_of_triangle(corners, normal);
+        if self.blockers.candidates(&shaft, MOST_CANDIDATES, found).is_ok() {
+            blockers.extend_from_slice(found);
+        } else if level < DEEPEST && !(self.ends)() {
+            let [a, b, c] = corners;
+            let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+            for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                self.between(part, normal, lamp, level + 1, found, blockers);
+            }
+        }
+    }
+}
+
+impl Plate {
+    fn at(&self, weights: DVec3) -> DVec3 {
+        weights.x * self.corners[0] + weights.y * self.corners[1] + weights.z * self.corners[2]
+    }
+
+    /// The largest jump of light across a line, over the channels, W/m².
+    fn jump(&self, part: Part, light: &mut impl FnMut(DVec3) -> DVec3) -> f64 {
+        let [from, to] = part.map(|weights| self.at(weights));
+        let across = BESIDE * self.reach * self.plane.normal.cross(to - from).normalize_or_zero();
+        let mut jump_at = |t: f64| {
+            let middle = from.lerp(to, t);
+            rms(light(middle - across) - light(middle + across))
+        };
+        PROBES.into_iter().map(&mut jump_at).fold(0.0, f64::max)
+    }
+
+    /// By how much light on a line differs from the mean of what it is a penumbra's width to either side, at most.
+    ///
+    /// `other`: the penumbra's other border.
+    fn bend(&self, part: Part, other: [DVec3; 2], light: &mut impl FnMut(DVec3) -> DVec3) -> f64 {
+        let [from, to] = part.map(|weights| self.at(weights));
+        let along = (to - from).normalize_or_zero();
+        let to_other = 0.5 * (other[0] + other[1]) - from;
+        let across = to_other - along * along.dot(to_other);
+        let mut bend_at = |t: f64| {
+            let middle = from.lerp(to, t);
+            0.25 * rms(light(middle - across) + light(middle + across) - 2.0 * light(middle))
+        };
+        PROBES_OF_SOFT.into_iter().map(&mut bend_at).fold(0.0, f64::max)
+    }
+}
+
+/// The squared error that a line removes, about, W²/m²: without it the light is off by `error` in elements as wide as the
+/// line is long, before anything is refined; and however narrow a penumbra is, nothing less than its width will do.
+fn removes(error: f64, length: f64) -> f64 {
+    (error * length).powi(2)
+}

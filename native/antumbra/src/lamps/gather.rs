@@ -1,0 +1,131 @@
+//! What lamps bring to a cluster of receivers: one shaft for all of them, then each receiver's own view.
+
+use glam::DVec3;
+
+use crate::lamps::{Lamp, SeenPolygon, Sight};
+use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
+use crate::transport::gather::rms;
+use crate::visibility::{Receiver, hides};
+
+/// What light is worth, m²/W, that is to be as exact as it can be.
+const SURELY: f64 = f64::INFINITY;
+
+/// What a lamp brings to one receiver.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Brought {
+    /// W/m².
+    pub(crate) irradiance: DVec3,
+    /// That rays left in it, summed over the channels, W²/m⁴.
+    pub(crate) variance: f64,
+}
+
+impl Lamp {
+    /// What it brings to the receivers of a cluster that it lights.
+    ///
+    /// `worth`: one over the wanted error, m²/W. `found`: gets the receiver's number in the cluster.
+    pub(crate) fn light_cluster(
+        &self,
+        at: Clustered,
+        form_factors: &FormFactors,
+        worth: f64,
+        workspace: &mut Workspace,
+        mut found: impl FnMut(usize, Brought),
+    ) {
+        let count = at.cluster.members.len();
+        let mut shared = std::mem::take(&mut workspace.shared);
+        let mut known: Option<Candidates> = (!self.casts_shadows).then_some(Candidates::Shared(&[]));
+        let mut find: Option<&mut Vec<u32>> = Some(&mut shared);
+        for k in 0..count {
+            let receiver = at.receiver(k);
+            let sight = self.seen_from(receiver);
+            if let Sight::Dark = sight {
+                continue;
+            }
+            // Most lamps are behind most clusters, or off to the side; only now it is known to be neither.
+            let candidates = *known.get_or_insert_with(|| {
+                let (low, high) = at.cluster.bounds();
+                let list = find.take().expect("asked for once; this is a bug in antumbra");
+                form_factors.candidates(&self.shaft(low, high), list)
+            });
+            let brought = match sight {
+                Sight::Dark => continue,
+                Sight::Around(irradiance) => Brought { irradiance, variance: 0.0 },
+                Sight::Point(way, irradiance) => {
+                    form_factors.count_point();
+                    let hidden = self.hidden(receiver, way, candidates, form_factors);
+                    Brought { irradiance: if hidden { DVec3::ZERO } else { irradiance }, variance: 0.0 }
+                }
+                Sight::Polygon(seen) => {
+                    seen.light(receiver, form_factors, candidates, worth, at.seed(k), workspace)
+                }
+            };
+            found(k, brought);
+        }
+        workspace.shared = shared;
+    }
+
+    /// What it brings to one receiver, W/m².
+    pub(crate) fn light(
+        &self,
+        receiver: &Receiver,
+        form_factors: &FormFactors,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        match self.seen_from(receiver) {
+            Sight::Dark => DVec3::ZERO,
+            Sight::Around(irradiance) => irradiance,
+            Sight::Point(way, irradiance) => {
+                let hidden = self.hidden(receiver, way, Candidates::Crowd, form_factors);
+                if hidden { DVec3::ZERO } else { irradiance }
+            }
+            Sight::Polygon(seen) => {
+                seen.light(receiver, form_factors, Candidates::Crowd, SURELY, 0, workspace).irradiance
+            }
+        }
+    }
+
+    /// Whether anything hides a point from a receiver.
+    fn hidden(
+        &self,
+        receiver: &Receiver,
+        way: DVec3,
+        candidates: Candidates,
+        form_factors: &FormFactors,
+    ) -> bool {
+        let blockers = form_factors.blockers;
+        match candidates {
+            Candidates::Shared(shared) => {
+                shared.iter().any(|&id| hides(&blockers.polygons()[id as usize], receiver.position, way))
+            }
+            Candidates::Crowd => {
+                blockers.any(&self.tube(receiver), |polygon| hides(polygon, receiver.position, way))
+            }
+        }
+    }
+}
+
+impl SeenPolygon<'_> {
+    /// What it brings to the receiver that sees it.
+    pub(super) fn light(
+        &self,
+        receiver: &Receiver,
+        form_factors: &FormFactors,
+        candidates: Candidates,
+        worth: f64,
+        seed: u64,
+        workspace: &mut Workspace,
+    ) -> Brought {
+        if let Candidates::Shared([]) = candidates {
+            form_factors.count_point();
+            return Brought { irradiance: self.open(receiver) * self.exitance, variance: 0.0 };
+        }
+        let worth = worth * rms(self.exitance);
+        let found = self.with_weight(|weight| {
+            form_factors.visible_weighted(receiver, &self.polygon, weight, candidates, worth, seed, workspace)
+        });
+        Brought {
+            irradiance: found.value * self.exitance,
+            variance: (found.noise * self.exitance).length_squared(),
+        }
+    }
+}

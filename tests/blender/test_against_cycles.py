@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every light and every option of it, against Cycles in the same process, at the vertices of a floor under a cube.
+
+Nothing reflects and nothing is refined, so that each vertex has the light of its own point: what differs is the light
+model, or Cycles' noise. With ANTUMBRA_LONG=1 (`cargo xtask test --long`) there are 4,096 samples a vertex, and the rows
+of the table in the README are printed.
+"""
+
+import math
+import os
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix
+from scenes import (
+    add_cube,
+    add_grid,
+    add_material,
+    add_mesh,
+    bake,
+    baked_of,
+    corner_vertices,
+    link,
+    positions,
+    radiance,
+)
+
+LONG = os.environ.get("ANTUMBRA_LONG") == "1"
+SAMPLES = 4096 if LONG else 256
+# Of the mean over the floor, and of the differences at its vertices, relative to that.
+MEAN_WITHIN, RMS_WITHIN = (0.003, 0.01) if LONG else (0.01, 0.04)
+
+SINCE_4_5 = bpy.app.version >= (4, 5, 0)
+ABOVE = Matrix.Translation((0.31, -0.22, 2.3)) @ Matrix.Rotation(0.2, 4, "X")
+TILTED = Matrix.Rotation(0.5, 4, "X") @ Matrix.Rotation(0.3, 4, "Y")
+
+
+def scaled(x, y, z):
+    return ABOVE @ Matrix.Diagonal((x, y, z, 1))
+
+
+CASES = {
+    "point, radius 0": ("POINT", ABOVE, {"shadow_soft_size": 0}),
+    "point, radius 0.3": ("POINT", ABOVE, {"shadow_soft_size": 0.3}),
+    "point, radius 0.3, scaled": ("POINT", scaled(2, 3, 4), {"shadow_soft_size": 0.3}),
+    "point, radius 0.3, no soft falloff": ("POINT", ABOVE, {"shadow_soft_size": 0.3, "use_soft_falloff": False}),
+    "point, no shadow": ("POINT", ABOVE, {"shadow_soft_size": 0, "use_shadow": False}),
+    "point, negative": ("POINT", ABOVE, {"shadow_soft_size": 0.1, "energy": -50.0}),
+    "spot, radius 0, blend 0.3": ("SPOT", ABOVE, {"shadow_soft_size": 0, "spot_size": 1.3, "spot_blend": 0.3}),
+    "spot, radius 0, blend 0": ("SPOT", ABOVE, {"shadow_soft_size": 0, "spot_size": 1.3, "spot_blend": 0.0}),
+    "spot, radius 0.3, blend 1": ("SPOT", ABOVE, {"shadow_soft_size": 0.3, "spot_size": 1.3, "spot_blend": 1.0}),
+    "spot, radius 0.3, no soft falloff": (
+        "SPOT",
+        ABOVE,
+        {"shadow_soft_size": 0.3, "spot_size": 1.3, "spot_blend": 0.3, "use_soft_falloff": False},
+    ),
+    "spot, elliptical": ("SPOT", scaled(2, 1, 1.5), {"shadow_soft_size": 0, "spot_size": 1.0, "spot_blend": 0.5}),
+    "sun, angle 0": ("SUN", TILTED, {"angle": 0, "energy": 3.0}),
+    "sun, angle 10 degrees": ("SUN", TILTED, {"angle": math.radians(10), "energy": 3.0}),
+    "sun, angle 90 degrees": ("SUN", TILTED, {"angle": math.radians(90), "energy": 3.0}),
+    "sun, no shadow": ("SUN", TILTED, {"angle": 0.1, "energy": 3.0, "use_shadow": False}),
+    "area, square": ("AREA", ABOVE, {"shape": "SQUARE", "size": 0.8}),
+    "area, ellipse, scaled": ("AREA", scaled(2, 0.5, 1), {"shape": "ELLIPSE", "size": 0.8, "size_y": 1.2}),
+    "area, spread 100 degrees": ("AREA", ABOVE, {"shape": "SQUARE", "size": 0.8, "spread": math.radians(100)}),
+    "area, disk, spread 40 degrees": ("AREA", ABOVE, {"shape": "DISK", "size": 1.5, "spread": math.radians(40)}),
+    "area, no shadow": ("AREA", ABOVE, {"shape": "SQUARE", "size": 0.8, "use_shadow": False}),
+}
+if SINCE_4_5:
+    CASES |= {
+        "point, radius 0.3, not normalized": ("POINT", ABOVE, {"shadow_soft_size": 0.3, "normalize": False}),
+        "point, radius 0, not normalized": ("POINT", ABOVE, {"shadow_soft_size": 0, "normalize": False}),
+        "spot, radius 0.2, not normalized": ("SPOT", ABOVE, {"shadow_soft_size": 0.2, "normalize": False}),
+        "sun, angle 10 degrees, not normalized": ("SUN", TILTED, {"angle": math.radians(10), "normalize": False}),
+        "sun, angle 0, not normalized": ("SUN", TILTED, {"angle": 0, "energy": 3.0, "normalize": False}),
+        "area, not normalized": ("AREA", ABOVE, {"shape": "SQUARE", "size": 0.8, "normalize": False}),
+        "point, exposure 1.5": ("POINT", ABOVE, {"shadow_soft_size": 0.1, "exposure": 1.5}),
+        "sun, temperature 2700 K": (
+            "SUN",
+            TILTED,
+            {"angle": 0.1, "energy": 3.0, "use_temperature": True, "temperature": 2700.0},
+        ),
+    }
+
+
+def floor_under_a_cube():
+    floor = add_grid("Floor", cells=15, size=4.0)
+    floor.data.materials.append(add_material("Paint", Color=(0.5, 0.5, 0.5, 1)))
+    cube = add_cube("Blocker")
+    cube.data.materials.append(add_material("Black", Color=(0, 0, 0, 1)))
+    cube.matrix_world = (
+        Matrix.Translation((0.33, 0.21, 0.9)) @ Matrix.Rotation(0.5, 4, (1, 2, 3)) @ Matrix.Diagonal((0.3, 0.4, 0.3, 1))
+    )
+    return floor
+
+
+def by_cycles(floor, bounces=0):
+    """Colours of the floor's vertices."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples = SAMPLES
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = bounces
+    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
+    scene.cycles.sample_clamp_indirect = 0.0
+    colours = floor.data.color_attributes.new("Cycles", "FLOAT_COLOR", "POINT")
+    floor.data.color_attributes.active_color = colours
+    bpy.context.view_layer.objects.active = floor
+    floor.select_set(True)
+    bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT", "INDIRECT", "COLOR"}, target="VERTEX_COLORS")
+    values = np.empty(len(floor.data.vertices) * 4, dtype=np.float32)
+    floor.data.color_attributes["Cycles"].data.foreach_get("color", values)
+    floor.data.color_attributes.remove(floor.data.color_attributes["Cycles"])
+    return values.reshape(-1, 4)[:, :3].astype(np.float64)
+
+
+def by_antumbra(floor, **settings):
+    """The same; a vertex where light jumps has the mean of its corners."""
+    bake(**{"method": "UNIFORM", "element_size": 100.0, "tolerance": 0.005, **settings})
+    baked = baked_of(floor.name)
+    vertices = corner_vertices(baked.data)
+    sums = np.zeros((len(baked.data.vertices), 3))
+    np.add.at(sums, vertices, radiance(baked.data))
+    means = sums / np.bincount(vertices)[:, None]
+    # The vertices of the floor are among those of the baked mesh, to the bit.
+    at = {tuple(position): index for index, position in enumerate(positions(baked.data))}
+    return means[[at[tuple(position)] for position in positions(floor.data)]]
+
+
+@pytest.fixture
+def compare(capsys):
+    """Hold one way of lighting against Cycles; `within`: of the mean and of the rms."""
+
+    def compare(name, cycles, ours, within=(MEAN_WITHIN, RMS_WITHIN)):
+        assert abs(cycles.mean()) > 1e-3
+        mean = ours.mean() / cycles.mean() - 1.0
+        rms = math.sqrt(((ours - cycles) ** 2).mean()) / abs(cycles.mean())
+        if LONG:
+            with capsys.disabled():
+                print(f"\n| {name} | {100 * mean:+.2f} % | {100 * rms:.2f} % |")
+        assert abs(mean) <= within[0], f"{name}: mean off by {mean:.2%}"
+        assert rms <= within[1], f"{name}: rms {rms:.2%}"
+
+    return compare
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_lights(name, compare):
+    kind, matrix, options = CASES[name]
+    light = bpy.data.lights.new(name, kind)
+    light.energy = 50.0
+    light.color = (1.0, 0.8, 0.6)
+    for key, value in options.items():
+        setattr(light, key, value)
+    floor = floor_under_a_cube()
+    link(bpy.data.objects.new(name, light)).matrix_world = matrix
+    compare(name, by_cycles(floor), by_antumbra(floor))
+
+
+def world_with_nodes():
+    world = bpy.data.worlds.new("Sky")
+    bpy.context.scene.world = world
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
+    nodes = world.node_tree.nodes
+    background = next(node for node in nodes if node.type == "BACKGROUND")
+    return world, background
+
+
+def test_constant_world(compare):
+    floor = floor_under_a_cube()
+    _, background = world_with_nodes()
+    background.inputs["Color"].default_value = (0.5, 0.7, 1.0, 1.0)
+    background.inputs["Strength"].default_value = 2.0
+    compare("world, constant", by_cycles(floor), by_antumbra(floor))
+
+
+def test_gradient_world(compare):
+    floor = floor_under_a_cube()
+    world, background = world_with_nodes()
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    coordinates = nodes.new("ShaderNodeTexCoord")
+    links.new(coordinates.outputs["Generated"], background.inputs["Color"])
+    compare("world, gradient", by_cycles(floor), by_antumbra(floor))
+
+
+def test_environment_image(compare):
+    """A bright patch of 5 degrees on a dim sky, mapped with a turn."""
+    width, height = 512, 256
+    pixels = np.ones((height, width, 4), dtype=np.float32)
+    pixels[..., :3] = (0.2, 0.3, 0.5)
+    pixels[height // 2 :, :, :3] *= np.linspace(1, 3, height // 2)[:, None, None]
+    pixels[205:212, 100:107, :3] = (400.0, 350.0, 300.0)
+    image = bpy.data.images.new("Sky", width, height, float_buffer=True)
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    floor = floor_under_a_cube()
+    world, background = world_with_nodes()
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    coordinates, mapping = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
+    environment = nodes.new("ShaderNodeTexEnvironment")
+    environment.image = image
+    mapping.inputs["Rotation"].default_value = (0.1, 0.2, 1.0)
+    links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    links.new(mapping.outputs["Vector"], environment.inputs["Vector"])
+    links.new(environment.outputs["Color"], background.inputs["Color"])
+    compare("world, environment image", by_cycles(floor), by_antumbra(floor))
+
+
+def test_sky_texture(compare):
+    floor = floor_under_a_cube()
+    world, background = world_with_nodes()
+    sky = world.node_tree.nodes.new("ShaderNodeTexSky")
+    # Renamed in 5.0
+    sky.sky_type = "NISHITA" if bpy.app.version < (5, 0) else "MULTIPLE_SCATTERING"
+    sky.sun_elevation, sky.sun_rotation = math.radians(50), 1.0
+    world.node_tree.links.new(sky.outputs["Color"], background.inputs["Color"])
+    background.inputs["Strength"].default_value = 0.1
+    compare("world, sky texture with its sun", by_cycles(floor), by_antumbra(floor))
+
+
+def test_a_sunlit_room_with_all_its_bounces(compare):
+    """Sun and sky through a window, adaptively baked: what is measured is the whole of the method."""
+    floor = add_grid("Floor", cells=12, size=3.0)
+    x, y, z = 1.5, 1.5, 2.5
+    wall = [(x, -y, 0), (x, y, 0), (x, y, z), (x, -y, z)]
+    window = [(x, -0.6, 0.8), (x, 0.6, 0.8), (x, 0.6, 2.0), (x, -0.6, 2.0)]
+    back = [(-x, -y, 0), (-x, y, 0), (-x, y, z), (-x, -y, z)]
+    sides = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
+    closed = [(8, 9, 10, 11), (0, 8, 11, 3), (1, 9, 10, 2), (3, 2, 10, 11)]
+    room = add_mesh("Room", wall + window + back, sides + closed)
+    for obj in (floor, room):
+        obj.data.materials.append(add_material(obj.name, Color=(0.6, 0.5, 0.4, 1)))
+    _, background = world_with_nodes()
+    background.inputs["Color"].default_value = (0.5, 0.7, 1.0, 1.0)
+    sun = link(bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN")))
+    sun.data.energy, sun.data.angle = 3.0, math.radians(2)
+    sun.matrix_world = Matrix.Rotation(math.radians(55), 4, "Y")
+    # What Cycles brings to vertices in the walls' planes is chance.
+    inside = np.abs(positions(floor.data)[:, :2]).max(axis=1) < 1.4
+    cycles = by_cycles(floor, bounces=32)[inside]
+    ours = by_antumbra(floor, method="ADM", element_size=0.0, tolerance=0.02)[inside]
+    compare("a sunlit room, all bounces, `ADM` at 0.02", cycles, ours, (0.015, 0.03 if LONG else 0.06))
