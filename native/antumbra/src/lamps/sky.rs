@@ -166,21 +166,22 @@ impl Sky {
         (exitance[index], spread[index])
     }
 
-    /// The polygon of a cell around a place.
     /// What it sends from a direction, W/m²: pi times its radiance there.
     pub(crate) fn towards(&self, direction: DVec3) -> DVec3 {
         let size = direction.abs();
         let axis = (1..3).fold(0, |largest, axis| if size[axis] > size[largest] { axis } else { largest });
+        let away = size[axis];
         let level = self.levels.len() as u32 - 1;
         let per_side = 1_usize << level;
         let place = |axis: usize| {
-            let across = 0.5 * (direction[axis % 3] / size[axis] + 1.0);
+            let across = 0.5 * (direction[axis % 3] / away + 1.0);
             ((across * per_side as f64) as usize).min(per_side - 1)
         };
         let face = 2 * axis + usize::from(direction[axis] < 0.0);
         self.sends(Cell { face, level, column: place(axis + 1), row: place(axis + 2) }).0
     }
 
+    /// The polygon of a cell around a place.
     fn polygon(&self, cell: Cell) -> ConvexPolygon {
         let corners = cell.corners().map(|direction| self.reach * direction);
         ConvexPolygon::new(&corners).expect("a square has an area; this is a bug in antumbra")
