@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::lamps::Sky;
 use crate::mesh::Mesh;
 use crate::mesh::coarse::cut_into_patches;
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, Progress};
 use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
@@ -53,6 +53,12 @@ const FEWEST_SHOWN: usize = 6;
 
 /// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
 const RESIDUAL: f64 = 1e-5;
+
+/// Sides that look around between two looks at what the user wants: some milliseconds.
+const AT_ONCE: usize = 4096;
+
+/// The part of a bake that looking around is, for the progress bar.
+const LOOKING: f64 = 0.08;
 
 /// A ray that meets nothing.
 const NOTHING: u32 = u32::MAX;
@@ -341,23 +347,29 @@ impl Rows {
             seen: Vec::new(),
             from_sky: vec![DVec3::ZERO; patches.len()],
         };
+        let mut looked = 0;
         while !wave.is_empty() {
-            monitor.check()?;
             wave.retain(|&side| matters(side as usize));
-            let met: Vec<(Vec<u32>, DVec3)> = (wave.par_iter())
-                .map(|&side| look(around, side as usize, effort.directions(area(side as usize))))
-                .collect();
             let mut next = Vec::new();
-            for (side, (met, from_sky)) in wave.into_iter().zip(met) {
-                rows.from_sky[side as usize] = from_sky;
-                let start = rows.seen.len() as u32;
-                for &other in met.iter().filter(|&&other| other != NOTHING) {
-                    if !std::mem::replace(&mut known[other as usize], true) {
-                        next.push(other);
+            for part in wave.chunks(AT_ONCE) {
+                monitor.check()?;
+                let met: Vec<(Vec<u32>, DVec3)> = (part.par_iter())
+                    .map(|&side| look(around, side as usize, effort.directions(area(side as usize))))
+                    .collect();
+                for (&side, (met, from_sky)) in part.iter().zip(met) {
+                    let start = rows.seen.len() as u32;
+                    for &other in met.iter().filter(|&&other| other != NOTHING) {
+                        if !std::mem::replace(&mut known[other as usize], true) {
+                            next.push(other);
+                        }
                     }
+                    rows.seen.extend(met);
+                    rows.ranges[side as usize] = (start, rows.seen.len() as u32);
+                    rows.from_sky[side as usize] = from_sky;
                 }
-                rows.seen.extend(met);
-                rows.ranges[side as usize] = (start, rows.seen.len() as u32);
+                looked += part.len();
+                let fraction = LOOKING * looked as f64 / patches.len() as f64;
+                monitor.report(Progress { fraction, ..monitor.progress() });
             }
             wave = next;
         }
