@@ -15,7 +15,7 @@ from native_scenes import LAMP, floor_arrays, lit_floor
         ("method", "HEMICUBE"),
         ("method", "as"),
         ("quantity", "LUX"),
-        ("transport", "RAYS"),
+        ("transport", "PHOTONS"),
         ("tolerance", 0.0),
         ("tolerance", float("nan")),
         ("element_size", -1.0),
