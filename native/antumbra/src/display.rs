@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::{Corner, Quartering, Sample, Side, Tessellation, anchored};
 use crate::scene::world::World;
-use crate::transport::gather::{Gather, rms};
+use crate::transport::gather::{Gather, Lit, rms};
 
 /// How the mesh is refined.
 pub(crate) enum DisplayMesh<'a> {
@@ -109,9 +109,10 @@ impl<'a> Display<'a> {
         gather: &Gather,
         even: f64,
     ) -> Result<(), Error> {
-        let areas = match &self.mesh {
-            DisplayMesh::Quartered(mesh) => sample_areas(mesh),
-            DisplayMesh::Tessellated(mesh) => sample_areas(mesh),
+        let areas = match (gather.sources, &self.mesh) {
+            (Lit::Sources(_), _) => Vec::new(),
+            (Lit::Around(_), DisplayMesh::Quartered(mesh)) => sample_areas(mesh),
+            (Lit::Around(_), DisplayMesh::Tessellated(mesh)) => sample_areas(mesh),
         };
         let samples = self.samples();
         let mut irradiance = known;

@@ -1,5 +1,7 @@
 //! Everything that can be wrong with what the caller handed in, each naming the object and the index.
 
+use std::collections::BTreeSet;
+
 use thiserror::Error;
 
 /// Why a bake was refused or ended early. The caller's data is never changed by a failed bake.
@@ -65,4 +67,19 @@ pub enum Error {
     /// The caller asked to cancel.
     #[error("the bake was cancelled")]
     Cancelled,
+}
+
+/// Objects that an error names, at most.
+const MOST_NAMES: usize = 5;
+
+impl Error {
+    /// [`Self::EndlessLight`] between surfaces of these objects, in any order and as often as they come.
+    pub(crate) fn endless_light(objects: impl Iterator<Item = String>) -> Self {
+        let names: BTreeSet<String> = objects.collect();
+        let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("“{name}”")).collect();
+        let more = names.len().saturating_sub(MOST_NAMES);
+        let surfaces =
+            if more == 0 { shown.join(", ") } else { format!("{} and {more} more", shown.join(", ")) };
+        Self::EndlessLight { surfaces }
+    }
 }

@@ -77,7 +77,8 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         return Err(Error::NoReceiver);
     }
     let mut emitters = Emitters::new(&world);
-    if transport_for(&world, settings) == Transport::Rays {
+    let transport_mode = transport_for(&world, settings);
+    if transport_mode == Transport::Rays {
         emitters.look_around_for_the_sky();
     }
     if emitters.lights == 0 {
@@ -98,7 +99,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         triangle_limit: 0,
         out_of_budget: false,
         cutting: Cutting::default(),
-        transport_mode: transport_for(&world, settings),
+        transport_mode,
         transport: TransportSummary::default(),
         iterations: Vec::new(),
     };

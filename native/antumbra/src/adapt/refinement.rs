@@ -18,7 +18,6 @@ use crate::mesh::{Sample, Side, edge_key};
 use crate::monitor::Progress;
 use crate::scene::world::World;
 use crate::transport::gather::{Arrived, Gather, rms};
-use crate::transport::source_tree::SourceTree;
 use crate::visibility::{Receiver, unoccluded_form_factor};
 
 /// Where the light at the corners of an element differs by less than this, in wanted errors, unblocked light is even:
@@ -319,12 +318,9 @@ impl Refinement<'_> {
                 let brightest = |polygon| {
                     receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max)
                 };
-                let beyond = |sources: &SourceTree| sources.brightest_beyond(&receivers);
-                let beyond: DVec3 = self.gather.sources.sources().map_or(DVec3::ZERO, beyond);
-                let most: DVec3 = (self.gather.sources.sources().into_iter().flat_map(SourceTree::roots))
-                    .map(|(polygon, sent)| brightest(polygon) * sent)
-                    .sum();
-                most + beyond
+                let Some(sources) = self.gather.sources.sources() else { return false };
+                let most: DVec3 = sources.roots().map(|(polygon, sent)| brightest(polygon) * sent).sum();
+                most + sources.brightest_beyond(&receivers)
             }
         };
         share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING

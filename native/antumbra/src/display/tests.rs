@@ -11,7 +11,6 @@ use crate::mesh::tessellate;
 use crate::monitor::Monitor;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
 use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::Lit;
 use crate::transport::sources::{Emitters, blocking_polygons};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};

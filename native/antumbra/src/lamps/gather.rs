@@ -4,20 +4,11 @@ use glam::DVec3;
 
 use crate::lamps::{Lamp, SeenPolygon, Sight};
 use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
-use crate::transport::gather::rms;
+use crate::transport::gather::{Arrived, rms};
 use crate::visibility::{Receiver, hides};
 
 /// What light is worth, m²/W, that is to be as exact as it can be.
 const SURELY: f64 = f64::INFINITY;
-
-/// What a lamp brings to one receiver.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Brought {
-    /// W/m².
-    pub(crate) irradiance: DVec3,
-    /// That rays left in it, summed over the channels, W²/m⁴.
-    pub(crate) variance: f64,
-}
 
 impl Lamp {
     /// What it brings to the receivers of a cluster that it lights.
@@ -29,7 +20,7 @@ impl Lamp {
         form_factors: &FormFactors,
         worth: f64,
         workspace: &mut Workspace,
-        mut found: impl FnMut(usize, Brought),
+        mut found: impl FnMut(usize, Arrived),
     ) {
         let count = at.cluster.members.len();
         let mut shared = std::mem::take(&mut workspace.shared);
@@ -49,11 +40,11 @@ impl Lamp {
             });
             let brought = match sight {
                 Sight::Dark => continue,
-                Sight::Around(irradiance) => Brought { irradiance, variance: 0.0 },
+                Sight::Around(irradiance) => Arrived { irradiance, variance: 0.0 },
                 Sight::Point(way, irradiance) => {
                     form_factors.count_point();
                     let hidden = self.hidden(receiver, way, candidates, form_factors);
-                    Brought { irradiance: if hidden { DVec3::ZERO } else { irradiance }, variance: 0.0 }
+                    Arrived { irradiance: if hidden { DVec3::ZERO } else { irradiance }, variance: 0.0 }
                 }
                 Sight::Polygon(seen) => {
                     seen.light(receiver, form_factors, candidates, worth, at.seed(k), workspace)
@@ -114,16 +105,16 @@ impl SeenPolygon<'_> {
         worth: f64,
         seed: u64,
         workspace: &mut Workspace,
-    ) -> Brought {
+    ) -> Arrived {
         if let Candidates::Shared([]) = candidates {
             form_factors.count_point();
-            return Brought { irradiance: self.open(receiver) * self.exitance, variance: 0.0 };
+            return Arrived { irradiance: self.open(receiver) * self.exitance, variance: 0.0 };
         }
         let worth = worth * rms(self.exitance);
         let found = self.with_weight(|weight| {
             form_factors.visible_weighted(receiver, &self.polygon, weight, candidates, worth, seed, workspace)
         });
-        Brought {
+        Arrived {
             irradiance: found.value * self.exitance,
             variance: (found.noise * self.exitance).length_squared(),
         }

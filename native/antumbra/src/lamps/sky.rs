@@ -10,10 +10,9 @@
 use glam::DVec3;
 
 use crate::lamps::BEYOND;
-use crate::lamps::gather::Brought;
 use crate::scene::world::World;
 use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
-use crate::transport::gather::rms;
+use crate::transport::gather::{Arrived, rms};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::splitmix;
 use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
@@ -218,7 +217,7 @@ impl Sky {
         form_factors: &FormFactors,
         wanted_error: f64,
         workspace: &mut Workspace,
-        mut found: impl FnMut(usize, Brought),
+        mut found: impl FnMut(usize, Arrived),
     ) {
         let (low, high) = at.cluster.bounds();
         let box_corners = box_corners(low, high);
@@ -279,7 +278,7 @@ impl Sky {
                 }
                 found(
                     k,
-                    Brought {
+                    Arrived {
                         irradiance: seen.value * exitance,
                         variance: (seen.noise * exitance).length_squared(),
                     },

@@ -30,9 +30,8 @@ pub(crate) struct Sizes {
 impl Sizes {
     /// The sizes that the settings ask for, or the automatic ones.
     pub(crate) fn new(world: &World, settings: &Settings) -> Self {
-        let area: f64 = world.faces.iter().map(|face| face.area).sum();
         let fineness = (settings.tolerance / 0.01).sqrt();
-        let patch = (area * fineness / PATCHES).sqrt();
+        let patch = (world.surface_area() * fineness / PATCHES).sqrt();
         let automatic = match settings.method {
             Method::As => patch,
             Method::Uniform => patch * fineness / UNIFORM_ELEMENTS,

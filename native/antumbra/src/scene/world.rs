@@ -239,6 +239,11 @@ impl World {
             LampShape::Sun { .. } | LampShape::Point { .. } => true,
         });
     }
+
+    /// Area of all faces, each with one of its sides, m².
+    pub(crate) fn surface_area(&self) -> f64 {
+        self.faces.iter().map(|face| face.area).sum()
+    }
 }
 
 /// Which part an object takes in the exchange of light.

@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::transport::hemisphere::Directions;
 use crate::visibility::ConvexPolygon;
 use crate::visibility::blockers::Blockers;
-use crate::visibility::rays::{R2, point_on, splitmix, unit};
+use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
 /// Rays from each side.
 const RAYS: usize = 64;
@@ -62,13 +62,12 @@ fn is_half_covered(
     let [a, b, c] = mesh.positions(element);
     let Some(polygon) = ConvexPolygon::triangle(a, b, c).filter(|_| size > smallest) else { return false };
     let seed = splitmix(id.index() as u64);
+    let shift = [0, 1].map(|axis| unit(splitmix(seed ^ axis)));
     [1.0, -1.0].into_iter().any(|side| {
         let distances: Vec<f64> = (directions.about(side * polygon.normal(), unit(seed)).enumerate())
             .map(|(k, direction)| {
-                let uv: [f64; 2] = std::array::from_fn(|axis| {
-                    (unit(splitmix(seed ^ axis as u64)) + k as f64 * R2[axis]).fract()
-                });
-                let hit = blockers.first_hit(point_on(&polygon, uv), direction);
+                let start = point_on(&polygon, spread(shift, k as u32));
+                let hit = blockers.first_hit(start, direction);
                 hit.map_or(f64::INFINITY, |hit| hit.distance / size)
             })
             .collect();

@@ -1,6 +1,8 @@
 //! Light that arrives at points from a set of sources (the paper, §3.2: "the illumination for a regular grid of
 //! sampling points is computed"). Points that lie near each other share their shafts.
 
+use std::ops::AddAssign;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -26,6 +28,13 @@ pub(crate) struct Arrived {
     pub(crate) irradiance: DVec3,
     /// Variance that rays left in it, summed over the channels, W²/m⁴.
     pub(crate) variance: f64,
+}
+
+impl AddAssign for Arrived {
+    fn add_assign(&mut self, other: Self) {
+        self.irradiance += other.irradiance;
+        self.variance += other.variance;
+    }
 }
 
 /// What sends light.
@@ -184,16 +193,12 @@ impl Gather<'_> {
                         self.form_factors,
                         self.weight(DVec3::ONE),
                         workspace,
-                        |k, brought| {
-                            sums[k].irradiance += brought.irradiance;
-                            sums[k].variance += brought.variance;
-                        },
+                        |k, brought| sums[k] += brought,
                     );
                 }
                 if let Some(sky) = &tree.sky {
                     sky.light_cluster(at, self.form_factors, self.wanted_error, workspace, |k, brought| {
-                        sums[k].irradiance += brought.irradiance;
-                        sums[k].variance += brought.variance;
+                        sums[k] += brought;
                     });
                 }
                 sums
@@ -214,12 +219,12 @@ impl Gather<'_> {
         receivers: &[Receiver],
         areas: &[f64],
     ) -> Result<Vec<Arrived>, Error> {
-        let arrived = (receivers.par_iter().zip(areas))
+        let arrived = (receivers.par_iter().zip_eq(areas))
             .map(|(receiver, &area)| {
                 if (self.ends)() {
                     return Arrived::default();
                 }
-                let directions = surroundings.directions(area);
+                let directions = surroundings.effort.directions(area);
                 self.form_factors.count_rays(directions.len() as u64);
                 surroundings.at(receiver, directions)
             })

@@ -110,11 +110,6 @@ pub(crate) struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// Where to look from a receiver that stands for an area, m².
-    pub(crate) fn directions(&self, area: f64) -> &Directions {
-        self.effort.directions(area)
-    }
-
     /// What arrives at a receiver.
     ///
     /// All receivers with the same normal look in the same directions: what they err by is then alike, and no noise tells

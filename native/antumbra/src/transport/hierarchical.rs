@@ -17,10 +17,10 @@ use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
-use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
+use crate::transport::enclosure::{ABSORBS_NOTHING, Enclosure, RAYS, escaping, spaces};
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit};
-use crate::transport::hierarchy::{Hierarchy, Node, NodeId};
+use crate::transport::hierarchy::{Hierarchy, Node, NodeId, Surface};
 use crate::transport::links::{Links, NodeLight, Wanted};
 use crate::transport::overlay::{Received, spread_over_leaves};
 use crate::transport::quadrature::quadrature;
@@ -52,12 +52,6 @@ const FINAL: f64 = 0.015;
 
 /// Points at which emitters' light is computed on a leaf that is not displayed: a rule of two along each side.
 const RULE: usize = 2;
-
-/// Absorbed share of a closed space's light below which it has no solution: rounding of 1 - rho.
-const ABSORBS_NOTHING: f64 = 1e-12;
-
-/// Objects that an error names, at most.
-const MOST_NAMES: usize = 5;
 
 /// The state of a solution by links.
 pub(crate) struct Hierarchical<'a> {
@@ -112,8 +106,8 @@ impl<'a> Hierarchical<'a> {
             caught: Vec::new(),
         };
         // As if all surfaces got the same of what is sent
-        let area: f64 = world.faces.iter().map(|face| face.area).sum();
-        this.mean_shown = this.mean_of(&vec![emitters.power.abs() / area; this.hierarchy.nodes.len()]);
+        this.mean_shown =
+            this.mean_of(&vec![emitters.power.abs() / world.surface_area(); this.hierarchy.nodes.len()]);
         this.gather_direct(None, ends)?;
         this.propagate(&this.reflected_direct());
         // What is shown may get none of it directly
@@ -305,20 +299,11 @@ impl<'a> Hierarchical<'a> {
             area[space] > 0.0 && (nothing & arriving[space].cmpgt(DVec3::ZERO)).any()
         };
         let Some(space) = (0..nodes.len()).find(|&space| endless(space)) else { return Ok(()) };
-        let mut surfaces: Vec<String> = Vec::new();
-        for (index, node) in
-            nodes.iter().enumerate().filter(|(i, _)| closed[*i] && spaces[*i] as usize == space)
-        {
-            debug_assert!(nodes[index].is_leaf());
-            let Some(surface) = self.hierarchy.surface(node) else { continue };
-            let object = self.world.faces[surface.faces[0].index()].object;
-            let name = &self.world.objects[object.index()].name;
-            if !surfaces.contains(name) {
-                surfaces.push(name.clone());
-            }
-        }
-        surfaces.sort();
-        Err(Error::EndlessLight { surfaces: named(&surfaces) })
+        let inside = (nodes.iter().enumerate()).filter(|(i, _)| closed[*i] && spaces[*i] as usize == space);
+        let object = |surface: &Surface| self.world.faces[surface.faces[0].index()].object;
+        let surfaces = inside.filter_map(|(_, node)| self.hierarchy.surface(node));
+        let names = surfaces.map(|surface| self.world.objects[object(surface).index()].name.clone());
+        Err(Error::endless_light(names))
     }
 
     /// Tells all nodes the light of the leaves below them.
@@ -420,11 +405,4 @@ impl<'a> Hierarchical<'a> {
             imbalance: self.system.imbalance(),
         }
     }
-}
-
-/// “A”, “B” and 3 more.
-pub(crate) fn named(names: &[String]) -> String {
-    let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("“{name}”")).collect();
-    let more = names.len().saturating_sub(MOST_NAMES);
-    if more == 0 { shown.join(", ") } else { format!("{} and {more} more", shown.join(", ")) }
 }

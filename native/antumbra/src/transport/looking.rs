@@ -22,15 +22,15 @@ use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::crevices::cut_at_crevices;
+use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hemisphere::{Directions, Effort, Surroundings};
-use crate::transport::hierarchical::named;
 use crate::transport::patches::received;
 use crate::transport::shooting::PatchMesh;
-use crate::transport::sources::{Emitters, Patch, Sources};
+use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
-use crate::visibility::rays::{R2, point_on, splitmix, unit};
+use crate::visibility::rays::{point_on, splitmix, spread, unit};
 use crate::visibility::{ConvexPolygon, Receiver};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
@@ -63,9 +63,6 @@ const LOOKING: f64 = 0.08;
 /// A ray that meets nothing.
 const NOTHING: u32 = u32::MAX;
 
-/// Absorbed share below which it is rounding of 1 - rho.
-const ABSORBS_NOTHING: f64 = 1e-12;
-
 /// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
 /// the way out of. More is no gap.
 const CAUGHT_IN_GAPS: f64 = 0.01;
@@ -92,8 +89,6 @@ pub(crate) struct Looking<'a> {
     direct: Vec<DVec3>,
     /// Per side: what it reflects, W/m².
     radiosity: Vec<DVec3>,
-    /// Per side: what other surfaces bring, W/m².
-    indirect: Vec<DVec3>,
     iterations: usize,
     mean_shown: f64,
     solved: bool,
@@ -101,8 +96,7 @@ pub(crate) struct Looking<'a> {
 
 /// Cuts the scene's faces into patches that are small where they reach under something.
 pub(crate) fn patches_that_look_around(world: &World, blockers: &Blockers) -> PatchMesh {
-    let area: f64 = world.faces.iter().map(|face| face.area).sum();
-    let patch_size = (area / PATCHES).sqrt();
+    let patch_size = (world.surface_area() / PATCHES).sqrt();
     let mut mesh = Mesh::new(world);
     let elements = cut_into_patches(&mut mesh, patch_size);
     let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size);
@@ -150,7 +144,6 @@ impl<'a> Looking<'a> {
             rows,
             direct: Vec::new(),
             radiosity: vec![DVec3::ZERO; patches.len()],
-            indirect: vec![DVec3::ZERO; patches.len()],
             patches,
             tree,
             blocking,
@@ -159,8 +152,8 @@ impl<'a> Looking<'a> {
             solved: false,
         };
         // As if all surfaces got the same of what is sent
-        let area: f64 = world.faces.iter().map(|face| face.area).sum();
-        this.mean_shown = this.mean_of(&vec![emitters.power.abs() / area; this.patches.len()]);
+        this.mean_shown =
+            this.mean_of(&vec![emitters.power.abs() / world.surface_area(); this.patches.len()]);
         this.gather_direct(ends)?;
         this.refuse_endless_light()?;
         this.solve_system();
@@ -216,7 +209,8 @@ impl<'a> Looking<'a> {
     /// Refuses closed spaces that absorb nothing of the light emitted into them.
     fn refuse_endless_light(&self) -> Result<(), Error> {
         let patches = &self.patches.patches;
-        let power = |side: usize| patches[side / 2].polygon.area() * self.direct[side].abs().element_sum();
+        let power =
+            |side: usize| self.patches.area(SourceId::new(side)) * self.direct[side].abs().element_sum();
         let caught: f64 = (0..self.patches.len()).filter(|&side| self.endless[side]).map(power).sum();
         if caught <= CAUGHT_IN_GAPS * (0..self.patches.len()).map(power).sum::<f64>() {
             return Ok(());
@@ -225,18 +219,14 @@ impl<'a> Looking<'a> {
         let object = |side: usize| {
             self.world.faces[self.mesh.element(patches[side / 2].elements[0]).face.index()].object
         };
-        let mut surfaces: Vec<String> =
-            lit.map(|side| self.world.objects[object(side).index()].name.clone()).collect();
-        surfaces.sort();
-        surfaces.dedup();
-        Err(Error::EndlessLight { surfaces: named(&surfaces) })
+        Err(Error::endless_light(lit.map(|side| self.world.objects[object(side).index()].name.clone())))
     }
 
     /// Solves for what all sides reflect.
     fn solve_system(&mut self) {
         let patches = &self.patches.patches;
         let sides = 0..self.patches.len();
-        let areas: Vec<f64> = sides.clone().map(|side| patches[side / 2].polygon.area()).collect();
+        let areas: Vec<f64> = sides.clone().map(|side| self.patches.area(SourceId::new(side))).collect();
         let reflectance: Vec<DVec3> = (sides.clone())
             .map(|side| if self.endless[side] { DVec3::ZERO } else { patches[side / 2].reflectance })
             .collect();
@@ -250,10 +240,10 @@ impl<'a> Looking<'a> {
                 .collect()
         };
         let solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
-        self.indirect = arrive(&solution.radiosity);
+        let mut irradiance = arrive(&solution.radiosity);
+        irradiance.iter_mut().zip(&self.direct).for_each(|(indirect, direct)| *indirect += *direct);
         self.radiosity = solution.radiosity;
         self.iterations = solution.iterations;
-        let irradiance: Vec<DVec3> = self.direct.iter().zip(&self.indirect).map(|(d, i)| *d + *i).collect();
         self.mean_shown = self.mean_of(&irradiance);
     }
 
@@ -332,7 +322,7 @@ impl Rows {
     /// [`Error::Cancelled`].
     fn look_around(around: Around, monitor: &Monitor) -> Result<Self, Error> {
         let patches = around.patches;
-        let area = |side: usize| patches.patches[side / 2].polygon.area();
+        let area = |side: usize| patches.area(SourceId::new(side));
         let effort = Effort::of(RAYS, (0..patches.len()).map(area), FEWEST);
         // What is black sends nothing on, whatever it gets.
         let matters = |side: usize| patches.patches[side / 2].reflectance != DVec3::ZERO;
@@ -413,8 +403,8 @@ fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, DVec
     let met = (directions.about(normal(polygon, side), unit(seed)).enumerate())
         .map(|(k, direction)| {
             // Points in an order of their own: neighbouring directions leave from all over the patch.
-            let uv: [f64; 2] = std::array::from_fn(|axis| (shift[axis] + (k + 1) as f64 * R2[axis]).fract());
-            let Some(hit) = around.tree.first_hit(point_on(polygon, uv), direction) else {
+            let start = point_on(polygon, spread(shift, k as u32 + 1));
+            let Some(hit) = around.tree.first_hit(start, direction) else {
                 from_sky += around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
                 return NOTHING;
             };

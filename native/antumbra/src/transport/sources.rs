@@ -78,7 +78,7 @@ impl Emitters {
         let lamps = Lamp::all(world);
         let sky = Sky::of_world(world);
         lights += lamps.len() + usize::from(sky.is_some());
-        let surface_area: f64 = world.faces.iter().map(|face| face.area).sum();
+        let surface_area = world.surface_area();
         let from_lamps: DVec3 = lamps.iter().map(|lamp| lamp.power(surface_area)).sum();
         let from_sky = sky.as_ref().map_or(DVec3::ZERO, |sky| sky.power(surface_area));
         let from_polygons: DVec3 = polygons.iter().map(|lit| lit.radiosity * lit.polygon.area()).sum();

@@ -10,7 +10,7 @@ use crate::visibility::blockers::Blockers;
 use crate::visibility::{ConvexPolygon, Receiver};
 
 /// Generators of the R2 sequence (Roberts 2018): the two-dimensional golden ratio's inverse powers.
-pub(crate) const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// The visible share of a source's light by `count` rays: their unblocked share of the form factor's kernel. Times
 /// the exact unblocked form factor it is exact where all rays rightly agree.
@@ -24,8 +24,7 @@ pub(crate) fn visible_share(
     let shift = [unit(splitmix(seed)), unit(splitmix(seed ^ 0x9E37_79B9_7F4A_7C15))];
     let (mut visible, mut total) = (0.0, 0.0);
     for i in 0..count {
-        let uv: [f64; 2] = std::array::from_fn(|k| (shift[k] + R2[k] * f64::from(i + 1)).fract());
-        let point = point_on(source, uv);
+        let point = point_on(source, spread(shift, i + 1));
         let to = point - receiver.position;
         let distance_squared = to.length_squared();
         let weight =
@@ -40,6 +39,11 @@ pub(crate) fn visible_share(
         }
     }
     if total > 0.0 { visible / total } else { 0.0 }
+}
+
+/// The k-th of points that cover a unit square evenly, however many there are; `shift` moves them all.
+pub(crate) fn spread(shift: [f64; 2], k: u32) -> [f64; 2] {
+    std::array::from_fn(|axis| (shift[axis] + R2[axis] * f64::from(k)).fract())
 }
 
 /// A point of the polygon, uniform in area: `u` picks a triangle of its fan, then both fold into the triangle.
