@@ -13,6 +13,7 @@ use crate::index::{ElementId, FaceId};
 use crate::mesh::{Corner, Quartering, Sample, Side, Tessellation, anchored};
 use crate::scene::world::World;
 use crate::transport::gather::{Gather, Lit, rms};
+use crate::visibility::Receiver;
 
 /// How the mesh is refined.
 pub(crate) enum DisplayMesh<'a> {
@@ -109,10 +110,9 @@ impl<'a> Display<'a> {
         gather: &Gather,
         even: f64,
     ) -> Result<(), Error> {
-        let areas = match (gather.sources, &self.mesh) {
-            (Lit::Sources(_), _) => Vec::new(),
-            (Lit::Around(_), DisplayMesh::Quartered(mesh)) => sample_areas(mesh),
-            (Lit::Around(_), DisplayMesh::Tessellated(mesh)) => sample_areas(mesh),
+        let areas = match gather.sources {
+            Lit::Sources(_) => Vec::new(),
+            Lit::Around(_) => self.sample_areas(),
         };
         let samples = self.samples();
         let mut irradiance = known;
@@ -253,6 +253,19 @@ impl<'a> Display<'a> {
         match &self.mesh {
             DisplayMesh::Quartered(mesh) => mesh.triangles(),
             DisplayMesh::Tessellated(mesh) => mesh.triangles(),
+        }
+    }
+
+    /// Where light is gathered.
+    pub(crate) fn receivers(&self) -> Vec<Receiver> {
+        self.samples().iter().map(|sample| sample.receiver(Side::Front)).collect()
+    }
+
+    /// The area that each sample stands for, m².
+    pub(crate) fn sample_areas(&self) -> Vec<f64> {
+        match &self.mesh {
+            DisplayMesh::Quartered(mesh) => sample_areas(mesh),
+            DisplayMesh::Tessellated(mesh) => sample_areas(mesh),
         }
     }
 

@@ -24,9 +24,9 @@ use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings, Transport};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::{Gather, Lit};
+use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hierarchical::Hierarchical;
-use crate::transport::looking::{Looking, patches_that_look_around};
+use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::sources::{Emitters, blocking_polygons};
@@ -40,6 +40,9 @@ const SHARE_OF_EMITTERS: f64 = 0.4;
 
 /// The same for refinement for what patches reflect.
 const SHARE_OF_PATCHES: f64 = 0.4;
+
+/// The same for the noise of rays.
+const SHARE_OF_RAYS: f64 = 0.4;
 
 /// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
 /// ones that one waits for.
@@ -57,6 +60,14 @@ const LINES_OF_CROWDS: f64 = 0.03;
 /// Contacts shorter than this, in patches, do not divide patches: what leaks under such a thing is a sixteenth of a
 /// patch's area.
 const SMALL_CONTACT: f64 = 0.25;
+
+/// The same where patches look around: between the parts of a sofa that are pushed into each other it is dark, and they
+/// meet in many short lines.
+const LEAST_CONTACT: f64 = 1.0 / 64.0;
+
+/// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
+/// corner of a larger element knows of would be looked for in a few places only.
+const LONGEST_OF_CROWDS: f64 = 8.0;
 
 /// Bakes a scene. The result does not depend on the number of threads.
 ///
@@ -178,8 +189,11 @@ impl<'a> Solver<'a> {
         let ends = move || ends(monitor, deadline);
 
         // Emitters shoot
-        let sizes = Sizes::new(self.world, self.settings);
+        let mut sizes = Sizes::new(self.world, self.settings);
         let patches = self.patch_mesh(sizes);
+        if self.transport_mode == Transport::Rays && self.settings.element_size == 0.0 {
+            sizes.element = sizes.element.min(LONGEST_OF_CROWDS * patches.patch_size);
+        }
         let coarse = patches.mesh.clone();
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
@@ -228,15 +242,19 @@ impl<'a> Solver<'a> {
         }
 
         // Refine the mesh for their light
-        let reflected = exchange.lit();
+        let mut reflected = exchange.lit();
         let wanted_error = exchange.wanted_error();
+        let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
+        if let Reflected::Around(surroundings) = &mut reflected {
+            let wanted = SHARE_OF_RAYS * wanted_error / brightest;
+            surroundings.aim_at(wanted, &display.receivers(), &display.sample_areas());
+        }
         let gather = self.gather(reflected.lit(), wanted_error, &ends);
         let hidden = match reflected.lit() {
             Lit::Sources(_) => Hidden::Nowhere,
-            Lit::Around(_) => Hidden::Crevices,
+            Lit::Around(_) => Hidden::Crevices { mean_radiosity: wanted_error / self.settings.tolerance },
         };
         let known = exchange.indirect_at(shared_samples(&display.mesh));
-        let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
@@ -300,17 +318,20 @@ impl<'a> Solver<'a> {
     /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
     /// its mean would carry light there.
     fn patch_mesh(&self, sizes: Sizes) -> PatchMesh {
-        if self.transport_mode == Transport::Rays {
-            return patches_that_look_around(self.world, self.form_factors.blockers);
-        }
+        let (world, blockers) = (self.world, self.form_factors.blockers);
+        let look_around = self.transport_mode == Transport::Rays;
+        let shortest =
+            if look_around { patch_size(world) * LEAST_CONTACT } else { sizes.patch * SMALL_CONTACT };
         let mut mesh = match self.settings.method {
-            Method::Uniform | Method::As => Mesh::new(self.world),
+            Method::Uniform | Method::As => Mesh::new(world),
             Method::Dm | Method::Adm => {
-                let contacts =
-                    contacts(self.world, self.form_factors.blockers, |_| true, sizes.patch * SMALL_CONTACT);
-                Mesh::of_tiles(&tessellate(self.world, &contacts, |_| true, 0).0)
+                let contacts = contacts(world, blockers, |_| true, shortest);
+                Mesh::of_tiles(&tessellate(world, &contacts, |_| true, 0).0)
             }
         };
+        if look_around {
+            return patches_that_look_around(world, blockers, mesh);
+        }
         let elements = cut_into_patches(&mut mesh, sizes.patch);
         PatchMesh { mesh, elements, patch_size: sizes.patch }
     }

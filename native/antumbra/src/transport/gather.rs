@@ -224,9 +224,9 @@ impl Gather<'_> {
                 if (self.ends)() {
                     return Arrived::default();
                 }
-                let directions = surroundings.effort.directions(area);
-                self.form_factors.count_rays(directions.len() as u64);
-                surroundings.at(receiver, directions)
+                let (arrived, rays) = surroundings.at(receiver, area);
+                self.form_factors.count_rays(rays as u64);
+                arrived
             })
             .collect();
         self.monitor.check()?;

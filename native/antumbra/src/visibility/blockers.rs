@@ -199,16 +199,21 @@ impl Blockers {
     ///
     /// `direction`: of length one.
     pub(crate) fn first_hit(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
+        self.first_hit_within(from, direction, f64::INFINITY)
+    }
+
+    /// The same where only what is near counts: nearer than `reach`, metres.
+    pub(crate) fn first_hit_within(&self, from: DVec3, direction: DVec3, reach: f64) -> Option<Hit> {
         let tree = self.tree.as_ref()?;
         let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0) as f32;
-        let ray = Ray::new(from.as_vec3a(), direction.as_vec3a(), -slack, f32::INFINITY);
+        let ray = Ray::new(from.as_vec3a(), direction.as_vec3a(), -slack, reach as f32 + slack);
         let nearest = OFF_THE_SURFACE * self.diagonal;
         let mut first: Option<Hit> = None;
         tree.ray_traverse(ray, &mut RayHit::none(), |_, primitive| {
             let panel = &self.panels[primitive];
             let along = panel.normal.dot(direction);
             let distance = panel.normal.dot(panel.corners[0] - from) / along;
-            let farthest = first.map_or(f64::INFINITY, |hit| hit.distance);
+            let farthest = first.map_or(reach, |hit| hit.distance);
             // A ray along the plane has an infinite distance, or none.
             if !(distance > nearest && distance < farthest && panel.is_passed(from, direction)) {
                 return f32::INFINITY;
