@@ -2,13 +2,14 @@
 """The one bake that may be running while Blender goes on: a solver thread, watched by a timer.
 
 Nothing of Blender is held between two ticks, so undo, deleting objects and closing windows are harmless; loading a file
-or disabling the add-on cancels the bake and waits for its thread. The result is written in one undo step, by an
-operator, once the user is in Object Mode and holds nothing in hand.
+or disabling the add-on cancels the bake and waits for its thread. Meshes are made in slices, and put into the
+scene in one undo step, by an operator, once the user is in Object Mode and holds nothing in hand.
 """
 
 from __future__ import annotations
 
 import traceback
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,12 @@ from .surroundings import windows
 
 # Ten times a second is smooth for the eye and costs a fraction of a percent of one core.
 _TICK_S = 0.1
+
+# Somebody who asked for the end waits for it.
+_ENDING_TICK_S = 0.01
+
+# Between two slices of writing Blender gets its turn.
+_PAUSE_S = 0.001
 
 # Operators of Blender that hold on to objects between two events.
 _HOLDING_OPERATORS = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_", "VIEW3D_OT_", "OUTLINER_OT_", "SCREEN_OT_")
@@ -39,6 +46,11 @@ class _Running:
     bake: Bake
     scene_uid: int
     waiting_for: str = ""
+    pieces: Iterator[None] | None = None
+    """Of the meshes that are being made, once there is light."""
+    prepared: bool = False
+    ending: bool = False
+    """Whether the user asked for the end."""
 
 
 _running: _Running | None = None
@@ -72,12 +84,21 @@ def request_cancel() -> None:
     """Ask the running bake to give up."""
     if _running is not None:
         _running.bake.job.cancel()
+        _look_soon(_running)
 
 
 def request_stop() -> None:
     """Ask the running bake to finish with what it has."""
     if _running is not None:
         _running.bake.job.stop()
+        _look_soon(_running)
+
+
+def _look_soon(running: _Running) -> None:
+    running.ending = True
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+        bpy.app.timers.register(_tick, first_interval=_ENDING_TICK_S)
 
 
 def take() -> Bake:
@@ -127,7 +148,12 @@ def _tick() -> float | None:
     if _running is None:
         return None
     try:
-        if not _running.bake.job.done() or not _try_to_finish(_running):
+        if not _running.bake.job.done():
+            redraw()
+            return _ENDING_TICK_S if _running.ending else _TICK_S
+        if not _prepare_slice(_running):
+            return _PAUSE_S
+        if not _try_to_finish(_running):
             redraw()
             return _TICK_S
     except Exception:  # noqa: BLE001
@@ -135,6 +161,20 @@ def _tick() -> float | None:
         abandon()
         note_outcome("CANCEL", ["The bake failed; the system console has the details"])
     return None
+
+
+def _prepare_slice(running: _Running) -> bool:
+    """Make meshes for a moment; returns whether all are made. In no scene yet, they need not wait for the user."""
+    if running.prepared:
+        return True
+    if running.pieces is None:
+        running.pieces = running.bake.prepare()
+    try:
+        running.prepared = next(running.pieces, running) is running
+    except BakeError:
+        # The operator will meet it again, and say so.
+        running.prepared = True
+    return running.prepared
 
 
 def _try_to_finish(running: _Running) -> bool:
