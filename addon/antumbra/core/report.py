@@ -40,3 +40,8 @@ def assemble(settings: Settings, solver_report: str, timings: Timings, warnings:
         "result": solver["result"],
         "warnings": warnings + list(solver["warnings"]),
     }
+
+
+def sentence(text: str) -> str:
+    """A message as a sentence stands: with a capital first."""
+    return text[:1].upper() + text[1:]

@@ -6,13 +6,18 @@ from __future__ import annotations
 import bpy
 
 from .bake import ANTUMBRA_OT_bake, ANTUMBRA_OT_cancel_bake, ANTUMBRA_OT_finish_bake, ANTUMBRA_OT_stop_bake
+from .preflight import ANTUMBRA_OT_check_scene, ANTUMBRA_OT_select_finding
+from .preset import ANTUMBRA_OT_preset
 from .remove_bake import ANTUMBRA_OT_remove_bake
 
 __all__ = [
     "ANTUMBRA_OT_bake",
     "ANTUMBRA_OT_cancel_bake",
+    "ANTUMBRA_OT_check_scene",
     "ANTUMBRA_OT_finish_bake",
+    "ANTUMBRA_OT_preset",
     "ANTUMBRA_OT_remove_bake",
+    "ANTUMBRA_OT_select_finding",
     "ANTUMBRA_OT_stop_bake",
 ]
 
@@ -22,6 +27,9 @@ CLASSES = (
     ANTUMBRA_OT_stop_bake,
     ANTUMBRA_OT_cancel_bake,
     ANTUMBRA_OT_remove_bake,
+    ANTUMBRA_OT_preset,
+    ANTUMBRA_OT_check_scene,
+    ANTUMBRA_OT_select_finding,
 )
 
 

@@ -12,6 +12,7 @@ from ..bridge.host import new_bake
 from ..bridge.properties import settings_of
 from ..bridge.surroundings import scene_of
 from ..core.errors import BakeError, CancelledError
+from ..core.report import sentence
 
 Result = set[Any]
 
@@ -107,7 +108,7 @@ class ANTUMBRA_OT_cancel_bake(bpy.types.Operator):
 
 
 def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
-    message = _sentence(str(error))
+    message = sentence(str(error))
     running.note_outcome("CANCEL", [message])
     operator.report({"ERROR"}, message)
     return {"CANCELLED"}
@@ -115,12 +116,8 @@ def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
 
 def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
     for warning in report["warnings"]:
-        operator.report({"WARNING"}, _sentence(warning))
+        operator.report({"WARNING"}, sentence(warning))
     icon, lines = running.outcome_of(report)
-    running.note_outcome(icon, [_sentence(line) for line in lines])
+    running.note_outcome(icon, [sentence(line) for line in lines])
     operator.report({"INFO"}, f"Baked {lines[0]}")
     return {"FINISHED"}
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]
