@@ -88,6 +88,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
     let mut solver = Solver {
+        input,
         world: &world,
         settings,
         monitor,
@@ -149,6 +150,7 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
 
 /// One solution on its way.
 struct Solver<'a> {
+    input: &'a SceneInput,
     world: &'a World,
     settings: &'a Settings,
     monitor: &'a Monitor,
@@ -204,6 +206,7 @@ impl<'a> Solver<'a> {
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
             let held_back = display.refine_for_emitters(&refinement)?;
+            self.show(&display);
             // What is kept for the patches' light is not out of budget.
             self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
         }
@@ -238,6 +241,7 @@ impl<'a> Solver<'a> {
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
+        self.show(&display);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
@@ -440,11 +444,18 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Shows the mesh with the light found so far to a caller who asked for it.
+    fn show(&self, display: &Display) {
+        let welded = || weld(self.input, self.world, display, &display.layers(DVec3::ONE), self.settings);
+        self.monitor.show(welded);
+    }
+
     fn record(&mut self, display: &Display, exchange: &Solution) {
         self.record_at(display, exchange.remaining(), exchange.shots());
     }
 
     fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {
+        self.show(display);
         let [elements, vertices] = display.counts();
         let iteration = Iteration {
             time_s: self.start.elapsed().as_secs_f64(),
