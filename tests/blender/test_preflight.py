@@ -64,9 +64,10 @@ def test_metals_and_shared_meshes_are_named():
     add_area_light()
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Twin", plane.data))
     plane.data.materials.append(add_material("Gold", "ShaderNodeBsdfPrincipled", Metallic=1.0))
-    texts = [finding.text for finding in look().findings]
-    assert any("“Gold”" in text and "metal" in text for text in texts)
-    assert any("share 1 mesh" in text for text in texts)
+    gold = look().findings[the_finding("“Gold”")]
+    assert "metal" in gold.text
+    assert set(gold.objects) == {plane.session_uid, bpy.data.objects["Twin"].session_uid}
+    the_finding("share 1 mesh")
 
 
 def test_originals_behind_a_bake_are_looked_at_and_not_named():

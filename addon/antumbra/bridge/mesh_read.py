@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.carry import LINE
 from ..core.colours import LIGHT
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from .attribute_types import STRUCTURE, read_attribute
@@ -26,8 +27,8 @@ def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
 
     position: Any = mesh.attributes["position"]
     triangle_corners = _ints(mesh.loop_triangles, "loops", triangle_count * 3).reshape(-1, 3)
-    corner_edges = _attribute_ints(mesh, ".corner_edge", mesh.loops, "edge_index")
-    corner_vertices = _attribute_ints(mesh, ".corner_vert", mesh.loops, "vertex_index")
+    corner_edges = attribute_ints(mesh, ".corner_edge", mesh.loops, "edge_index")
+    corner_vertices = attribute_ints(mesh, ".corner_vert", mesh.loops, "vertex_index")
     face_starts = _ints(mesh.polygons, "loop_start", face_count)
     return Surface(
         positions=_vectors(position.data, "vector", len(mesh.vertices)),
@@ -59,7 +60,7 @@ def read_attributes(mesh: bpy.types.Mesh) -> tuple[list[Attribute], list[str]]:
     for attribute in mesh.attributes:
         # Names with a dot are Blender's own and hidden: selection, visibility, pins. Seams were one of them before 4.4.
         hidden = attribute.is_internal or attribute.name.startswith(".")
-        if attribute.name in STRUCTURE or attribute.name in LIGHT or (hidden and attribute.name != ".uv_seam"):
+        if attribute.name in STRUCTURE or attribute.name in (*LIGHT, LINE) or (hidden and attribute.name != ".uv_seam"):
             continue
         copy = read_attribute(attribute, sizes[attribute.domain])
         if copy is None:
@@ -89,7 +90,7 @@ def _material_slots(mesh: bpy.types.Mesh) -> IntArray:
     return _ints(attribute.data, "value", len(mesh.polygons))
 
 
-def _attribute_ints(mesh: bpy.types.Mesh, name: str, collection: Any, prop: str) -> IntArray:
+def attribute_ints(mesh: bpy.types.Mesh, name: str, collection: Any, prop: str) -> IntArray:
     """One number per item of the collection: from the attribute that holds it, or the slower public way.
 
     The attribute's name is internal to Blender.

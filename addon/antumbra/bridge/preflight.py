@@ -12,7 +12,7 @@ from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
 from ..core.preflight import Estimate, Finding, estimate, find
-from ..core.record import name_list
+from ..core.record import SceneRecord, name_list
 from ..core.settings import Settings
 from .properties import state_of
 from .scene_read import read_geometry, selected_uids
@@ -51,7 +51,7 @@ def look(context: bpy.types.Context, settings: Settings) -> Preflight:
         record = reader.scene
         shines = may_shine(scene.world)
         findings += [finding for finding in find(record) if not (shines and finding.level == "ERROR")]
-        findings += [Finding("WARNING", warning) for warning in record.all_warnings()]
+        findings += [Finding("WARNING", warning, _objects_of(warning, record)) for warning in record.all_warnings()]
         if not any(each.receives for each in record.objects):
             findings.insert(
                 0, Finding("ERROR", "nothing to bake: no receiving mesh has a face that is visible in renders")
@@ -75,6 +75,13 @@ def _hidden(context: bpy.types.Context, settings: Settings) -> list[Finding]:
         return []
     text = f"{name_list([obj.name for obj in hidden], most=2)}: hidden in renders, takes no part"
     return [Finding("WARNING", text, tuple(obj.session_uid for obj in hidden))]
+
+
+def _objects_of(warning: str, record: SceneRecord) -> tuple[int, ...]:
+    """session_uids of the objects that have the material which a warning begins with."""
+    numbers = {n for n, material in enumerate(record.materials) if warning.startswith(f"material “{material.name}”")}
+    having = (each.owner_uid for each in record.objects if not numbers.isdisjoint(each.slot_materials))
+    return tuple(dict.fromkeys(having))
 
 
 @persistent  # type: ignore[untyped-decorator]

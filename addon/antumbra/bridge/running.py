@@ -18,7 +18,10 @@ from bpy.app.handlers import persistent
 
 from ..core.bake import Bake, Progress
 from ..core.errors import BakeError
+from ..core.live import live_triangles as live_triangles_of
+from ..core.record import FloatArray
 from .surroundings import windows
+from .view_properties import view_of
 
 # Ten times a second is smooth for the eye and costs a fraction of a percent of one core.
 _TICK_S = 0.1
@@ -49,9 +52,14 @@ class _Running:
     pieces: Iterator[None] | None = None
     """Of the meshes that are being made, once there is light."""
     prepared: bool = False
+    live: LiveTriangles | None = None
+    """The latest stage, for the viewport."""
     ending: bool = False
     """Whether the user asked for the end."""
 
+
+LiveTriangles = tuple[FloatArray, FloatArray]
+"""World positions and screen colours of corners, three to a triangle."""
 
 _running: _Running | None = None
 last_outcome: Outcome | None = None
@@ -69,6 +77,11 @@ def progress() -> Progress | None:
 def waiting_for() -> str:
     """What a finished bake waits for before it is written; empty when nothing."""
     return "" if _running is None else _running.waiting_for
+
+
+def live_triangles(scene: bpy.types.Scene) -> LiveTriangles | None:
+    """The latest stage of a bake of this scene that is running."""
+    return _running.live if _running is not None and _running.scene_uid == scene.session_uid else None
 
 
 def start(bake: Bake, scene: bpy.types.Scene) -> None:
@@ -107,6 +120,7 @@ def take() -> Bake:
     if _running is None:
         raise BakeError("no bake is running")
     bake, _running = _running.bake, None
+    _redraw_viewports()
     return bake
 
 
@@ -149,6 +163,7 @@ def _tick() -> float | None:
         return None
     try:
         if not _running.bake.job.done():
+            _look_at_stage(_running)
             redraw()
             return _ENDING_TICK_S if _running.ending else _TICK_S
         if not _prepare_slice(_running):
@@ -161,6 +176,25 @@ def _tick() -> float | None:
         abandon()
         note_outcome("CANCEL", ["The bake failed; the system console has the details"])
     return None
+
+
+def _look_at_stage(running: _Running) -> None:
+    """Take the latest stage for the viewports that show it."""
+    scene = next((scene for scene in bpy.data.scenes if scene.session_uid == running.scene_uid), None)
+    if scene is None or not view_of(scene).live_preview:
+        return
+    meshes = running.bake.job.preview()
+    if meshes is None:
+        return
+    running.live = live_triangles_of(meshes, running.bake.scene)
+    _redraw_viewports()
+
+
+def _redraw_viewports() -> None:
+    for window in windows():
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
 
 
 def _prepare_slice(running: _Running) -> bool:

@@ -28,6 +28,7 @@ from .originals import (
 )
 from .properties import state_of
 from .surroundings import scene_of, view_layer_of
+from .view import IRRADIANCE, show
 
 COLLECTION = "Antumbra"
 SOURCE_PROPERTY = "antumbra_source"
@@ -196,6 +197,7 @@ class _Writer:
                 obj.select_set(True, view_layer=view_layer)
             if owner == active and owner not in in_place:
                 view_layer.objects.active = obj
+        show(scene_of(self._context))
         _hide({owner for owner in new_objects.values() if owner not in in_place})
         return self._warnings(pairs, gone)
 
@@ -204,7 +206,10 @@ class _Writer:
         materials = [None if uid is None else self._materials.get(uid) for uid in record.slot_uids]
         stays = self._can_replace(record, owner) or _without_shear(record) is not None
         in_world = None if stays else record.world_from_object
-        return write_mesh(record.name, record.surface, baked, materials, self._settings, in_world)
+        mesh = write_mesh(record.name, record.surface, baked, materials, self._settings, in_world)
+        if self._settings.quantity == "IRRADIANCE":
+            mesh[IRRADIANCE] = True
+        return mesh
 
     def _placed(self, record: ObjectRecord, owner: bpy.types.Object, mesh: bpy.types.Mesh) -> _Made:
         replaces = self._can_replace(record, owner)

@@ -42,6 +42,9 @@ class Job(Protocol):
     """A solver at work in a thread of its own; result() raises BakeError."""
 
     def progress(self) -> Progress: ...
+    def preview(self) -> Sequence[BakedMesh] | None:
+        """The meshes as they were at a stage of the bake, each stage at most once."""
+
     def cancel(self) -> None: ...
     def stop(self) -> None: ...
     def done(self) -> bool: ...
@@ -96,6 +99,11 @@ class Bake:
     def job(self) -> Job:
         """The solver at work."""
         return self._job
+
+    @property
+    def scene(self) -> SceneRecord:
+        """What was read."""
+        return self._scene
 
     def wait(self, watch: Callable[[Progress], None] | None = None) -> None:
         """Block until the solver is done, showing its progress to `watch`."""

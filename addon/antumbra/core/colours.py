@@ -19,7 +19,16 @@ RADIOSITY = "Radiosity"
 DIRECT, INDIRECT = "Radiosity Direct", "Radiosity Indirect"
 """Names of those with its two parts."""
 
-LIGHT = frozenset({RADIOSITY, DIRECT, INDIRECT})
+VIEW = "Radiosity View"
+"""Name of the colour attribute that shows light on a screen, exposed or in false colours."""
+
+EXPORT = "Radiosity Export"
+"""Name of the colour attribute with light from 0 to 1 for programs that take no more."""
+
+HDR = "_RADIOSITY"
+"""Name of the attribute with all light in files: glTF wants an underscore and capitals."""
+
+LIGHT = frozenset({RADIOSITY, DIRECT, INDIRECT, VIEW, EXPORT, HDR})
 
 Linear = NDArray[np.floating[Any]]
 

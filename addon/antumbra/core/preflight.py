@@ -109,7 +109,7 @@ def estimate_texts(estimated: Estimate) -> tuple[str, str, str]:
     triangles = f"{fewest:,} triangles" if fewest == most else f"{fewest:,} to {most:,} triangles"
     low, high = (_time_text(seconds) for seconds in estimated.seconds)
     time = low if low == high else f"{low} to {high}"
-    return triangles, time, f"up to {_bytes_text(estimated.bytes[1])} of memory"
+    return triangles, time, f"Up to {_bytes_text(estimated.bytes[1])} of memory"
 
 
 def _no_light(scene: SceneRecord) -> list[Finding]:
