@@ -9,6 +9,7 @@ which each node's extras hold as `antumbra_scale`: COLOR_0 times it is the radia
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,23 @@ def export_glb(scene: bpy.types.Scene, path: Path) -> None:
         bpy.data.scenes.remove(export_scene)
         bpy.data.batch_remove(copies)
         bpy.data.batch_remove([*meshes, material])
+
+
+def export_saved_glb(blend: Path, path: Path) -> None:
+    """Write the baked objects of a saved file to a .glb, by another Blender.
+
+    In a --command Blender's exporter finds no window to ask for its cursor and fails; a script has one.
+    """
+    code = (
+        "import importlib, pathlib; import bpy; "
+        f"gltf = importlib.import_module({__name__!r}); "
+        f"gltf.export_glb(bpy.context.scene, pathlib.Path({str(path)!r}))"
+    )
+    command = [bpy.app.binary_path, "--background", str(blend), "--python-exit-code", "1", "--python-expr", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0 or not path.is_file():
+        said = (done.stderr or done.stdout).strip().splitlines()
+        raise RuntimeError(f"Blender could not export {path}: {said[-1] if said else 'it said nothing'}")
 
 
 def _baked_objects(scene: bpy.types.Scene) -> list[Any]:

@@ -240,7 +240,7 @@ class Settings:
                 if value not in allowed:
                     raise SettingError(f"setting {name} = {value}: must be one of {', '.join(allowed)}")
             elif not (math.isfinite(value) and spec.minimum <= value <= spec.maximum):
-                raise SettingError(f"setting {name} = {value}: must be {_range_text(spec)}")
+                raise SettingError(f"setting {name} = {value}: must be {range_text(spec)}")
 
     def as_dict(self) -> dict[str, Any]:
         """Name to value, in the order of the fields."""
@@ -267,7 +267,8 @@ def _parse_assignment(text: str) -> tuple[str, Any]:
         raise SettingError(f"setting {name} = {value}: must be {wanted}") from None
 
 
-def _range_text(spec: Spec) -> str:
+def range_text(spec: Spec) -> str:
+    """The range of a number, for people."""
     if spec.maximum == math.inf:
         return f"a number of at least {spec.minimum:g}"
     return f"between {spec.minimum:g} and {spec.maximum:g}"
