@@ -109,6 +109,21 @@ class BlenderWindow:
         self._xdotool("click", 1)
         return when
 
+    def scroll_down(self, steps=12):
+        """Turn the wheel over the Properties editor."""
+        left, top, width, height = self.region("PROPERTIES")
+        self.move(left + width // 2, top + height // 2)
+        for _ in range(steps):
+            self._xdotool("click", 5)
+            time.sleep(_LOOK_S)
+        time.sleep(0.5)
+
+    def viewport(self):
+        """(height, width, 3) the middle of the 3D view, without its buttons."""
+        left, top, width, height = self.region("VIEW_3D")
+        picture = self.picture().astype(int)
+        return picture[top + height // 4 : top + height - height // 8, left + width // 6 : left + width - width // 8]
+
     def key(self, *names):
         for name in names:
             self._xdotool("key", name)

@@ -65,7 +65,6 @@ class ANTUMBRA_PT_check(_RenderPanel, bpy.types.Panel):
 
     bl_label = "Before the Bake"
     bl_parent_id = "ANTUMBRA_PT_bake"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         layout: Any = self.layout
