@@ -71,6 +71,21 @@ def test_a_drag_holds_the_result_back(baking):
     baking.until("len(baked_objects()) == 5")
 
 
+def test_escape_ends_a_drag_first_and_then_the_bake(baking):
+    before = baking.ask("fingerprint()")
+    baking.ask("select(bpy.data.objects['Cube 0'])")
+    baking.over_viewport()
+    baking.key("g")
+    baking.until("len(bpy.context.window_manager.windows[0].modal_operators) > 0")
+    baking.key("Escape")
+    baking.until("len(bpy.context.window_manager.windows[0].modal_operators) == 0")
+    assert baking.ask("running.is_running()")
+    baking.key("Escape")
+    baking.until("not running.is_running()")
+    baking.ask("select()")
+    assert baking.ask("fingerprint()") == before
+
+
 def test_a_new_file_ends_the_bake(baking):
     baking.over_viewport()
     baking.key("ctrl+n")

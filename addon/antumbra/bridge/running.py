@@ -74,6 +74,16 @@ def progress() -> Progress | None:
     return None if _running is None else _running.bake.job.progress()
 
 
+def elapsed_s() -> float:
+    """Seconds since the running bake's solver started."""
+    return 0.0 if _running is None else _running.bake.elapsed_s
+
+
+def is_ending() -> bool:
+    """Whether the user asked for the end."""
+    return _running is not None and _running.ending
+
+
 def waiting_for() -> str:
     """What a finished bake waits for before it is written; empty when nothing."""
     return "" if _running is None else _running.waiting_for

@@ -105,6 +105,11 @@ class Bake:
         """What was read."""
         return self._scene
 
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since the solver started."""
+        return time.perf_counter() - self._solve_start
+
     def wait(self, watch: Callable[[Progress], None] | None = None) -> None:
         """Block until the solver is done, showing its progress to `watch`."""
         while not self._job.done():
