@@ -78,8 +78,8 @@ pub(crate) fn weld(
         .filter(|&object| world.objects[object].receives && !world.objects[object].faces.is_empty())
         .map(|object| {
             let faces = &world.objects[object].faces;
-            let [first, end] =
-                [faces.start, faces.end].map(|face| triangles.partition_point(|shown| shown.face.index() < face));
+            let [first, end] = [faces.start, faces.end]
+                .map(|face| triangles.partition_point(|shown| shown.face.index() < face));
             Welder::new(input, world, layers, settings, object).weld(&triangles[first..end])
         })
         .collect()
