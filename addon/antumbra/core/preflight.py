@@ -9,16 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .record import ObjectRecord, SceneRecord, Surface, name_list
 from .settings import Settings
 
 # A surface that reflects less than this in every channel shows no light that one could tell from black.
 _BLACK = 0.005
+
+# Open edges of a closed mesh with holes, as a share of all its edges; sheets have more.
+_HOLES = 0.05
 
 # Triangles up to which links carry the light, as in the solver (MOST_LINKED in solve.rs).
 _MOST_LINKED = 2_000
@@ -62,15 +63,21 @@ def find(scene: SceneRecord) -> list[Finding]:
     """What is worth knowing about a scene that was read, the worst first."""
     receivers = [record for record in scene.objects if record.receives]
     blockers = [record for record in scene.objects if record.blocks]
+    # Instances of one surface are looked at once.
+    surfaces = {id(record.surface): record.surface for record in scene.objects}
+    topology = {key: _topology(surface) for key, surface in surfaces.items()}
+
+    def those(records: list[ObjectRecord], fault: Callable[[_Topology], bool]) -> list[ObjectRecord]:
+        return [record for record in records if fault(topology[id(record.surface)])]
+
+    black = [record for record in receivers if _is_black(record, scene)]
     findings = [
         *_no_light(scene),
-        *_about(
-            _per_object(receivers, lambda record: _is_black(record, scene)), "WARNING", "reflects no light: stays black"
-        ),
-        *_about(_per_object(receivers, _turns_over), "WARNING", "faces turned against their neighbours"),
-        *_about(_per_object(blockers, _branches), "WARNING", "edges with more than two faces"),
-        *_about(_per_object(blockers, _has_holes), "INFO", "nearly closed, with holes that let light through"),
-        *_about(_per_object(receivers, _faces_inwards), "INFO", "closed and faces inwards: right for a room"),
+        *_about(black, "WARNING", "reflects no light: stays black"),
+        *_about(those(receivers, lambda t: t.turns_over), "WARNING", "faces turned against their neighbours"),
+        *_about(those(blockers, lambda t: t.branches), "WARNING", "edges with more than two faces"),
+        *_about(those(blockers, lambda t: t.has_holes), "INFO", "nearly closed, with holes that let light through"),
+        *_about(those(receivers, lambda t: t.is_inside_out), "INFO", "closed and faces inwards: right for a room"),
         *_shared(receivers),
     ]
     return sorted(findings, key=lambda finding: ("ERROR", "WARNING", "INFO").index(finding.level))
@@ -123,19 +130,6 @@ def _no_light(scene: SceneRecord) -> list[Finding]:
     return [Finding("ERROR", "no light: add a lamp, a world background or a material with emission")]
 
 
-def _per_object(records: list[ObjectRecord], holds: Callable[[ObjectRecord], bool]) -> list[ObjectRecord]:
-    """Those for which it holds; instances of one surface are asked once."""
-    known: dict[tuple[object, ...], bool] = {}
-    found = []
-    for record in records:
-        key = (id(record.surface), record.slot_materials, _is_mirrored(record))
-        if key not in known:
-            known[key] = holds(record)
-        if known[key]:
-            found.append(record)
-    return found
-
-
 def _about(records: list[ObjectRecord], level: str, text: str) -> list[Finding]:
     if not records:
         return []
@@ -166,51 +160,42 @@ def _is_black(record: ObjectRecord, scene: SceneRecord) -> bool:
     )
 
 
-def _is_mirrored(record: ObjectRecord) -> bool:
-    return bool(np.linalg.det(record.world_from_object[:3, :3]) < 0.0)
+@dataclass(frozen=True, slots=True)
+class _Topology:
+    """What the edges of a surface tell, each pair of vertices being one edge."""
+
+    turns_over: bool
+    """Two faces use an edge in the same direction."""
+    branches: bool
+    """More than two faces use an edge."""
+    has_holes: bool
+    """A few edges have one face only; sheets have many for their size."""
+    is_inside_out: bool
+    """It is closed, and its faces look into it."""
 
 
-def _directed_edges(surface: Surface) -> tuple[NDArray[Any], NDArray[Any]]:
-    """The edges of all triangles: a number for each pair of vertices, and whether it runs from the smaller one."""
+def _topology(surface: Surface) -> _Topology:
     start = surface.triangles.astype(np.int64)
     end = np.roll(start, -1, axis=1)
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    return (low * len(surface.positions) + high).reshape(-1), (start < end).reshape(-1)
-
-
-def _uses(surface: Surface) -> tuple[NDArray[Any], NDArray[Any]]:
-    """How often each edge is used, and how much more often one way than the other."""
-    keys, forward = _directed_edges(surface)
-    _, which = np.unique(keys, return_inverse=True)
-    return np.bincount(which), np.abs(np.bincount(which, weights=np.where(forward, 1.0, -1.0)))
-
-
-def _turns_over(record: ObjectRecord) -> bool:
-    count, turned = _uses(record.surface)
-    return bool(np.any((count == 2) & (turned == 2.0)))
-
-
-def _branches(record: ObjectRecord) -> bool:
-    count, _ = _uses(record.surface)
-    return bool(np.any(count > 2))
-
-
-def _has_holes(record: ObjectRecord) -> bool:
-    """A few open edges on what is closed elsewhere; sheets have many for their size."""
-    count, _ = _uses(record.surface)
+    keys = np.minimum(start, end) * len(surface.positions) + np.maximum(start, end)
+    _, which = np.unique(keys.reshape(-1), return_inverse=True)
+    count = np.bincount(which.reshape(-1))
+    ways = np.bincount(which.reshape(-1), weights=np.where(start < end, 1.0, -1.0).reshape(-1))
     opened = int(np.sum(count == 1))
-    return 0 < opened < 0.05 * len(count)
+    is_closed = bool(np.all(count == 2) and not ways.any())
+    return _Topology(
+        turns_over=bool(np.any((count == 2) & (ways != 0.0))),
+        branches=bool(np.any(count > 2)),
+        has_holes=0 < opened < _HOLES * len(count),
+        is_inside_out=is_closed and _volume(surface) < 0.0,
+    )
 
 
-def _faces_inwards(record: ObjectRecord) -> bool:
-    count, turned = _uses(record.surface)
-    if np.any(count != 2) or np.any(turned != 0.0):
-        return False
-    corners = record.surface.positions.astype(np.float64)[record.surface.triangles]
+def _volume(surface: Surface) -> float:
+    """Six times the volume, less than 0 where the faces look inwards. Mirrored objects are turned as Blender does."""
+    corners = surface.positions.astype(np.float64)[surface.triangles]
     corners -= corners.reshape(-1, 3).mean(axis=0)
-    volume = np.einsum("tx,tx->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    # The solver turns the faces of mirrored objects as Blender does.
-    return bool(volume < 0.0)
+    return float(np.einsum("tx,tx->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))
 
 
 def _time_text(seconds: float) -> str:

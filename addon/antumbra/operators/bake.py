@@ -34,11 +34,18 @@ class ANTUMBRA_OT_bake(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event | None) -> Result:
         if bpy.app.background:
             return self.execute(context)
+        window = context.window
+        if window is not None:
+            # Reading a large scene takes as long as a render takes to begin.
+            window.cursor_set("WAIT")
         try:
             scene = scene_of(context)
             running.start(new_bake(settings_of(scene)), scene)
         except BakeError as error:
             return _refuse(self, error)
+        finally:
+            if window is not None:
+                window.cursor_set("DEFAULT")
         # Handled, but nothing is done yet: the undo step belongs to the operator that writes the result.
         return {"INTERFACE"}
 

@@ -12,6 +12,10 @@ pub enum Stage {
     /// Validating the scene and building the search tree.
     #[default]
     Preparing,
+    /// Finding out which surfaces see each other.
+    Linking,
+    /// Looking for the shadow boundaries that can be noticed.
+    Lines,
     /// Shooting light and refining the mesh.
     Shooting,
     /// Anchoring the mesh and collecting its colours.
@@ -25,6 +29,8 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Self::Preparing => "preparing",
+            Self::Linking => "linking surfaces",
+            Self::Lines => "finding shadow boundaries",
             Self::Shooting => "shooting light",
             Self::Welding => "welding",
             Self::Done => "done",

@@ -183,8 +183,10 @@ impl<'a> Solver<'a> {
         let sizes = Sizes::new(self.world, self.settings);
         let patches = self.patch_mesh(sizes);
         let coarse = patches.mesh.clone();
+        self.begin(Stage::Linking);
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
+        self.begin(Stage::Lines);
         let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
         let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
@@ -442,6 +444,11 @@ impl<'a> Solver<'a> {
         } else {
             "converged"
         }
+    }
+
+    /// Says what is being done from now on.
+    fn begin(&self, stage: Stage) {
+        self.monitor.report(Progress { stage, ..self.monitor.progress() });
     }
 
     /// Shows the mesh with the light found so far to a caller who asked for it.
