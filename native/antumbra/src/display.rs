@@ -138,8 +138,9 @@ impl<'a> Display<'a> {
         let last = generation.iter().copied().max().unwrap_or(0);
         let mut by_generation = vec![Vec::new(); last as usize + 1];
         (first..samples.len()).for_each(|index| by_generation[generation[index] as usize].push(index));
-        // Samples without parents have nothing to fall back on: they are waited for even when the time is up.
-        let patient = Gather { ends: &|| false, ..*gather };
+        // Samples without parents have nothing to fall back on: they are waited for even when the time is up, but not by
+        // somebody who wants none of it.
+        let patient = Gather { ends: &|| gather.monitor.is_cancelled(), ..*gather };
         for (generation, members) in by_generation.into_iter().enumerate() {
             let mut uneven = Vec::new();
             for index in members {

@@ -181,9 +181,10 @@ impl<'a> Solver<'a> {
 
         // Emitters shoot
         let sizes = Sizes::new(self.world, self.settings);
-        let patches = self.patch_mesh(sizes);
-        let coarse = patches.mesh.clone();
         self.begin(Stage::Linking);
+        let patches = self.patch_mesh(sizes, &ends);
+        self.monitor.check()?;
+        let coarse = patches.mesh.clone();
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
         self.begin(Stage::Lines);
@@ -305,9 +306,9 @@ impl<'a> Solver<'a> {
 
     /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
     /// its mean would carry light there.
-    fn patch_mesh(&self, sizes: Sizes) -> PatchMesh {
+    fn patch_mesh(&self, sizes: Sizes, ends: &(dyn Fn() -> bool + Sync)) -> PatchMesh {
         if self.transport_mode == Transport::Rays {
-            return patches_that_look_around(self.world, self.form_factors.blockers);
+            return patches_that_look_around(self.world, self.form_factors.blockers, ends);
         }
         let mut mesh = match self.settings.method {
             Method::Uniform | Method::As => Mesh::new(self.world),

@@ -95,11 +95,15 @@ pub(crate) struct Looking<'a> {
 }
 
 /// Cuts the scene's faces into patches that are small where they reach under something.
-pub(crate) fn patches_that_look_around(world: &World, blockers: &Blockers) -> PatchMesh {
+pub(crate) fn patches_that_look_around(
+    world: &World,
+    blockers: &Blockers,
+    ends: &(dyn Fn() -> bool + Sync),
+) -> PatchMesh {
     let patch_size = (world.surface_area() / PATCHES).sqrt();
     let mut mesh = Mesh::new(world);
     let elements = cut_into_patches(&mut mesh, patch_size);
-    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size);
+    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size, ends);
     PatchMesh { mesh, elements, patch_size }
 }
 
