@@ -62,6 +62,9 @@ LiveTriangles = tuple[FloatArray, FloatArray]
 """World positions and screen colours of corners, three to a triangle."""
 
 _running: _Running | None = None
+_given_up: list[Bake] = []
+"""Cancelled bakes whose solvers have not noticed yet, which takes them up to some tenths of a second."""
+
 last_outcome: Outcome | None = None
 
 
@@ -99,15 +102,22 @@ def start(bake: Bake, scene: bpy.types.Scene) -> None:
     global _running
     bake.begin()
     _running = _Running(bake, scene.session_uid)
-    bpy.app.timers.register(_tick, first_interval=_TICK_S)
+    # That of a bake that was just given up may still be there.
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=_TICK_S)
     redraw()
 
 
 def request_cancel() -> None:
-    """Ask the running bake to give up."""
-    if _running is not None:
-        _running.bake.job.cancel()
-        _look_soon(_running)
+    """Give the running bake up: from now on none is running, and its solver ends on its own as soon as it notices."""
+    if _running is None:
+        return
+    bake = take()
+    bake.job.cancel()
+    _given_up.append(bake)
+    if not bpy.app.timers.is_registered(_bury):
+        bpy.app.timers.register(_bury, first_interval=_TICK_S)
+    note_outcome("INFO", ["Cancelled; nothing was changed"])
 
 
 def request_stop() -> None:
@@ -135,11 +145,13 @@ def take() -> Bake:
 
 
 def abandon() -> None:
-    """Cancel the running bake, if any, and wait for its thread."""
+    """Cancel the running bake, if any, and wait for its thread and for those that were given up."""
     global _running
     if _running is not None:
-        bake, _running = _running.bake, None
-        bake.abandon()
+        _given_up.append(_running.bake)
+        _running = None
+    while _given_up:
+        _given_up.pop().abandon()
 
 
 def note_outcome(icon: str, lines: list[str]) -> None:
@@ -221,6 +233,14 @@ def _prepare_slice(running: _Running) -> bool:
     return running.prepared
 
 
+def _bury() -> float | None:
+    """Timer: take leave of the bakes that were given up and have ended."""
+    for bake in [bake for bake in _given_up if bake.job.done()]:
+        _given_up.remove(bake)
+        bake.abandon()
+    return _TICK_S if _given_up else None
+
+
 def _try_to_finish(running: _Running) -> bool:
     """Write the result unless the user has to end something first."""
     if all(scene.session_uid != running.scene_uid for scene in bpy.data.scenes):
@@ -275,6 +295,7 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_before_load)
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
+    for timer in (_tick, _bury):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
     abandon()

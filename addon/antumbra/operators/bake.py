@@ -11,7 +11,7 @@ from ..bridge import running
 from ..bridge.host import new_bake
 from ..bridge.properties import settings_of
 from ..bridge.surroundings import scene_of
-from ..core.errors import BakeError, CancelledError
+from ..core.errors import BakeError
 from ..core.report import sentence
 
 Result = set[Any]
@@ -74,9 +74,6 @@ class ANTUMBRA_OT_finish_bake(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> Result:
         try:
             report = running.take().finish()
-        except CancelledError:
-            running.note_outcome("INFO", ["Cancelled; nothing was changed"])
-            return {"CANCELLED"}
         except BakeError as error:
             return _refuse(self, error)
         return _finish(self, report)
