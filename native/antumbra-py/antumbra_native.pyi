@@ -191,6 +191,12 @@ class Job:
     def stop(self) -> None:
         """Ask the bake to finish with what it has."""
 
+    def preview(self) -> list[BakedMesh] | None:
+        """Return the meshes as they were at a stage of the bake, each only once; None when there is no new one.
+
+        Asking is what makes the solver keep the next one, so that a bake that nobody watches costs nothing.
+        """
+
     def done(self) -> bool:
         """Whether result() would return or raise at once."""
 
@@ -259,6 +265,12 @@ class BakedMesh:
     @property
     def source_edge(self) -> NDArray[np.int8]:
         """(T, 3) the source triangle's edge that edge k to k+1 lies on, 0 to 2, or -1."""
+    @property
+    def edge_line(self) -> NDArray[np.int8]:
+        """(T, 3) the line that edge k to k+1 lies on.
+
+        0 none, 1 where the slope of light changes, 2 where a sharp shadow ends, 3 where something touches the face.
+        """
     @property
     def corner_radiance(self) -> NDArray[np.float32]:
         """(T, 3, 3) scene-linear rgb per corner, B/pi or H/pi, never clipped."""

@@ -16,6 +16,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..core.colours import srgb_decoded
 from ..core.record import Material, SceneRecord
 from .neutral_material import GLASS, METALS, trees_of
 
@@ -281,7 +282,7 @@ def _mean_colour(image: Any) -> Rgb | None:
     rgb = channels[:, :3] if image.channels >= 3 else np.repeat(channels[:, :1], 3, axis=1)
     # Pixels of byte images come as they are stored, those of float images are linear already.
     if not image.is_float and image.colorspace_settings.name == "sRGB":
-        rgb = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        rgb = srgb_decoded(rgb)
     red, green, blue = (float(value) for value in rgb.mean(axis=0, dtype=np.float64))
     return red, green, blue
 

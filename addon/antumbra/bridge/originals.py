@@ -12,6 +12,10 @@ import numpy as np
 
 from .properties import state_of
 
+SCALE_PROPERTY = "antumbra_scale"
+ENCODING_PROPERTY = "antumbra_encoding"
+"""Custom properties of objects whose bake was made ready for export; they go with it."""
+
 Flags = tuple[bool, bool]
 """(hide_viewport, hide_render)"""
 
@@ -76,6 +80,9 @@ def restore_sources(objects: Iterable[bpy.types.Object]) -> None:
             baked.append(obj.data)
             _show_original_mesh(obj)
         obj.property_unset("antumbra")
+        for name in (SCALE_PROPERTY, ENCODING_PROPERTY):
+            if name in obj.keys():
+                del obj[name]
     set_hide_flags(flags)
     _remove_unused(baked)
 

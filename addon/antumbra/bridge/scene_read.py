@@ -30,18 +30,24 @@ from .world import read_world
 
 def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     """Read everything a bake needs; raises InputError and leaves the file as it was."""
+    reader = read_geometry(context, settings)
+    read_world(scene_of(context).world, reader.scene)
+    if settings.receivers != "ALL" and not any(record.receives for record in reader.scene.objects):
+        raise InputError("no selected object is a mesh with faces that is visible in renders")
+    read_passes(reader.scene, reader.materials, settings.quantity)
+    return reader.scene
+
+
+def read_geometry(context: bpy.types.Context, settings: Settings) -> SceneReader:
+    """Read objects, lamps, and materials as far as their nodes tell; nothing is rendered."""
     check_mode(context)
     selected = None if settings.receivers == "ALL" else selected_uids(context)
     if selected is not None and not selected:
         raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
     with originals_shown(scene_of(context)):
-        reader = _SceneReader(selected, settings, view_layer_of(context))
+        reader = SceneReader(selected, settings, view_layer_of(context))
         with_render_depsgraph(context, reader.visit)
-    read_world(scene_of(context).world, reader.scene)
-    if selected is not None and not any(record.receives for record in reader.scene.objects):
-        raise InputError("no selected object is a mesh with faces that is visible in renders")
-    read_passes(reader.scene, reader.materials, settings.quantity)
-    return reader.scene
+    return reader
 
 
 def check_mode(context: bpy.types.Context) -> None:
@@ -61,7 +67,7 @@ def selected_uids(context: bpy.types.Context) -> set[int]:
     return uids
 
 
-class _SceneReader:
+class SceneReader:
     """Visits one depsgraph."""
 
     def __init__(self, selected: set[int] | None, settings: Settings, view_layer: bpy.types.ViewLayer) -> None:

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import antumbra_native
 
 from ..core.bake import Job, Progress, Solution
+from ..core.carry import BakedMesh
 from ..core.errors import BakeError, CancelledError, InputError, NoLightError, SettingError, SolverBugError
 from ..core.record import AreaLight, PointLight, SceneRecord, Sun
 from ..core.settings import Settings
@@ -94,6 +95,9 @@ class _Job:
 
     def progress(self) -> Progress:
         return self._job.progress()
+
+    def preview(self) -> Sequence[BakedMesh] | None:
+        return self._job.preview()
 
     def cancel(self) -> None:
         self._job.cancel()

@@ -99,6 +99,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
     let mut solver = Solver {
+        input,
         world: &world,
         settings,
         monitor,
@@ -160,6 +161,7 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
 
 /// One solution on its way.
 struct Solver<'a> {
+    input: &'a SceneInput,
     world: &'a World,
     settings: &'a Settings,
     monitor: &'a Monitor,
@@ -190,13 +192,16 @@ impl<'a> Solver<'a> {
 
         // Emitters shoot
         let mut sizes = Sizes::new(self.world, self.settings);
-        let patches = self.patch_mesh(sizes);
+        self.begin(Stage::Linking);
+        let patches = self.patch_mesh(sizes, &ends);
+        self.monitor.check()?;
         if self.transport_mode == Transport::Rays && self.settings.element_size == 0.0 {
             sizes.element = sizes.element.min(LONGEST_OF_CROWDS * patches.patch_size);
         }
         let coarse = patches.mesh.clone();
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
+        self.begin(Stage::Lines);
         let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
         let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
@@ -218,6 +223,7 @@ impl<'a> Solver<'a> {
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
             let held_back = display.refine_for_emitters(&refinement)?;
+            self.show(&display);
             // What is kept for the patches' light is not out of budget.
             self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
         }
@@ -256,6 +262,7 @@ impl<'a> Solver<'a> {
         };
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
+        self.show(&display);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
@@ -317,7 +324,7 @@ impl<'a> Solver<'a> {
 
     /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
     /// its mean would carry light there.
-    fn patch_mesh(&self, sizes: Sizes) -> PatchMesh {
+    fn patch_mesh(&self, sizes: Sizes, ends: &(dyn Fn() -> bool + Sync)) -> PatchMesh {
         let (world, blockers) = (self.world, self.form_factors.blockers);
         let look_around = self.transport_mode == Transport::Rays;
         let shortest =
@@ -330,7 +337,7 @@ impl<'a> Solver<'a> {
             }
         };
         if look_around {
-            return patches_that_look_around(world, blockers, mesh);
+            return patches_that_look_around(world, blockers, mesh, ends);
         }
         let elements = cut_into_patches(&mut mesh, sizes.patch);
         PatchMesh { mesh, elements, patch_size: sizes.patch }
@@ -461,11 +468,23 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Says what is being done from now on.
+    fn begin(&self, stage: Stage) {
+        self.monitor.report(Progress { stage, ..self.monitor.progress() });
+    }
+
+    /// Shows the mesh with the light found so far to a caller who asked for it.
+    fn show(&self, display: &Display) {
+        let welded = || weld(self.input, self.world, display, &display.layers(DVec3::ONE), self.settings);
+        self.monitor.show(welded);
+    }
+
     fn record(&mut self, display: &Display, exchange: &Solution) {
         self.record_at(display, exchange.remaining(), exchange.shots());
     }
 
     fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {
+        self.show(display);
         let [elements, vertices] = display.counts();
         let iteration = Iteration {
             time_s: self.start.elapsed().as_secs_f64(),

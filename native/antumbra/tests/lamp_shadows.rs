@@ -286,3 +286,23 @@ fn a_narrow_penumbra_takes_few_vertices() {
     println!("{vertices} vertices, {} lines", bake.report.result.lines.drawn);
     assert!(vertices < 400, "{vertices}");
 }
+
+#[test]
+fn edges_on_the_border_of_a_sharp_shadow_say_so() {
+    for method in WITH_LINES {
+        let bake = floating_cube(point()).bake(&lines_only(method));
+        let floor = &bake.meshes[0];
+        let on_border = |p: DVec3| (p.truncate().abs().max_element() - 1.0).abs() < 6.0 * ON_THE_LINE;
+        let mut sharp = 0;
+        for (triangle, kinds) in floor.triangles.iter().zip(&floor.edge_line) {
+            for (k, &kind) in kinds.iter().enumerate() {
+                let ends = [triangle[k], triangle[(k + 1) % 3]].map(|v| floor.positions[v as usize]);
+                let middle = 0.5 * (ends[0] + ends[1]);
+                let lies_there = ends.into_iter().chain([middle]).all(on_border);
+                assert_eq!(kind == 2, lies_there, "{method:?}: {ends:?} is {kind}");
+                sharp += i32::from(kind == 2);
+            }
+        }
+        assert!(sharp >= 8, "{method:?}");
+    }
+}

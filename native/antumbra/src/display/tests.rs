@@ -104,7 +104,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
     let [irradiance, _] = display.layers(DVec3::ONE);
     let samples = display.samples();
     let mut found = Vec::new();
-    for (face, corners) in display.triangles() {
+    for Shown { face, corners, .. } in display.triangles() {
         let face = &world.faces[face.index()];
         let [a, b, c] = world.corners(face);
         let points = corners.each_ref().map(|corner| {
@@ -295,7 +295,7 @@ fn fitted_elements_are_nearer_to_the_light_than_interpolation() {
     let display = display(&world, 1.5, 0.01);
     let errors = |irradiance: &[DVec3]| {
         let (mut squared, mut bias, mut area) = (0.0, 0.0, 0.0);
-        for (face, corners) in display.triangles() {
+        for Shown { face, corners, .. } in display.triangles() {
             let [a, b, c] = world.corners(&world.faces[face.index()]);
             let points = corners.each_ref().map(|k| {
                 let weights = k.barycentric;
@@ -339,7 +339,7 @@ fn every_sample_behind_a_half_plane_has_the_closed_form() {
     let shift = input.objects[0].positions[0] - world.vertices[0];
     let display = display(&world, 0.5, 1e-3);
     let (mut worst, mut seen) = (0.0_f64, 0);
-    for (face, corners) in display.triangles() {
+    for Shown { face, corners, .. } in display.triangles() {
         let face = &world.faces[face.index()];
         if face.object.index() != 0 {
             continue;

@@ -104,10 +104,15 @@ pub(crate) fn patch_size(world: &World) -> f64 {
 }
 
 /// Cuts the roots of a mesh into patches that are small where they reach under something.
-pub(crate) fn patches_that_look_around(world: &World, blockers: &Blockers, mut mesh: Mesh) -> PatchMesh {
+pub(crate) fn patches_that_look_around(
+    world: &World,
+    blockers: &Blockers,
+    mut mesh: Mesh,
+    ends: &(dyn Fn() -> bool + Sync),
+) -> PatchMesh {
     let patch_size = patch_size(world);
     let elements = cut_into_patches(&mut mesh, patch_size);
-    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size);
+    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size, ends);
     PatchMesh { mesh, elements, patch_size }
 }
 
