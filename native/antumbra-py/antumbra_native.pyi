@@ -77,11 +77,16 @@ class Scene:
 
     def __new__(cls) -> Scene: ...
     def add_material(
-        self, name: str, reflectance: Sequence[float], exitance: Sequence[float], *, blocks: bool = True
+        self,
+        name: str,
+        reflectance: Sequence[float],
+        exitance: Sequence[float],
+        *,
+        transmittance: Sequence[float] = ...,
     ) -> int:
         """Add a diffuse material, its exitance on both sides, and return its index.
 
-        What does not block is lit, shown and emits, but all light goes on behind it, and it reflects none to others.
+        transmittance is the share of light that goes on straight behind it; it reflects at most the rest to others.
         """
 
     def add_object(

@@ -18,6 +18,7 @@ from scenes import (
     add_grid,
     add_material,
     add_mesh,
+    add_plane,
     bake,
     baked_of,
     corner_vertices,
@@ -156,6 +157,34 @@ def test_lights(name, compare):
     compare(name, by_cycles(floor), by_antumbra(floor))
 
 
+PANES = {
+    "half transparent": ("ShaderNodeBsdfPrincipled", {"Alpha": 0.5, "Base_Color": (0, 0, 0, 1)}),
+    "tinted transparent": ("ShaderNodeBsdfTransparent", {"Color": (0.9, 0.5, 0.2, 1)}),
+}
+
+
+@pytest.mark.parametrize("pane", PANES)
+@pytest.mark.parametrize("name", ["point, radius 0", "sun, angle 10 degrees", "area, square", "world, constant"])
+def test_panes_before_lights(name, pane, compare):
+    """A pane of two faces, one of them turned, in whose shadow and beside it the cube stands."""
+    floor = floor_under_a_cube()
+    if name in CASES:
+        kind, matrix, options = CASES[name]
+        light = bpy.data.lights.new(name, kind)
+        light.energy = 50.0
+        for key, value in options.items():
+            setattr(light, key, value)
+        link(bpy.data.objects.new(name, light)).matrix_world = matrix
+    else:
+        world_with_nodes()
+    shader, inputs = PANES[pane]
+    corners = [(-1.2, -1, 1.7), (0.2, -1.3, 1.6), (0.6, 0.9, 1.65), (-0.9, 1.1, 1.5), (1.5, 0.2, 0.7)]
+    add_mesh("Pane", corners, [(0, 1, 2), (0, 2, 3), (1, 4, 2)]).data.materials.append(
+        add_material("Pane", shader, **inputs)
+    )
+    compare(f"{name}, a {pane} pane before it", by_cycles(floor), by_antumbra(floor))
+
+
 def world_with_nodes():
     world = bpy.data.worlds.new("Sky")
     bpy.context.scene.world = world
@@ -172,6 +201,35 @@ def test_constant_world(compare):
     background.inputs["Color"].default_value = (0.5, 0.7, 1.0, 1.0)
     background.inputs["Strength"].default_value = 2.0
     compare("world, constant", by_cycles(floor), by_antumbra(floor))
+
+
+@pytest.mark.parametrize(
+    ("shader", "inputs"),
+    [
+        ("ShaderNodeBsdfGlass", {"Color": (0.8, 0.5, 0.9, 1)}),
+        ("ShaderNodeBsdfRefraction", {"Color": (0.8, 0.5, 0.9, 1)}),
+        ("ShaderNodeBsdfPrincipled", {"Base_Color": (0.64, 0.25, 0.81, 1), "Transmission_Weight": 1.0}),
+    ],
+)
+def test_glass_tints(shader, inputs, compare):
+    """Glass that does not bend light tints it on both sides of a slab, and once where it is a single face.
+
+    Cycles blurs what it meets after a diffuse surface (Filter Glossy), and loses light by it.
+    """
+    bpy.context.scene.cycles.blur_glossy = 0.0
+    floor = add_grid("Floor", cells=5, size=1.0)
+    floor.data.materials.append(add_material("Paint", Color=(0.5, 0.5, 0.5, 1)))
+    world_with_nodes()
+    for kind, add in (("slab", add_cube), ("face", add_plane)):
+        pane = add("Pane")
+        pane.data.materials.append(add_material("Glass", shader, Roughness=0.0, IOR=1.0001, **inputs))
+        pane.matrix_world = Matrix.Translation((0, 0, 0.3)) @ Matrix.Diagonal((200, 200, 0.02, 1))
+        cycles, ours = by_cycles(floor, bounces=8), by_antumbra(floor)
+        for channel, colour in enumerate(("red", "green", "blue")):
+            name = f"{shader.removeprefix('ShaderNodeBsdf')}, {kind}, {colour}"
+            compare(name, cycles[:, channel], ours[:, channel], (0.003, 0.01))
+        bpy.ops.antumbra.remove_bake()
+        bpy.data.objects.remove(pane)
 
 
 def test_gradient_world(compare):

@@ -20,8 +20,8 @@ import numpy as np
 from ..core.face_samples import Samples, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
 from ..core.lights import Floats
 from ..core.record import IntArray, Material, SceneRecord, name_list
-from .materials import MOST_BLOCKED, MaterialReader, warn_of_light_through
-from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_metal
+from .materials import MaterialReader
+from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_glass, has_metal
 from .studio import Colours, Sitter, Studio, slots_of_faces
 
 # Samples over all surfaces of a scene, besides the three of every triangle: about a second of Cycles.
@@ -46,10 +46,9 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
         return
     neutral = NeutralMaterials(reader.metals_are_matte)
     varying: list[str] = []
-    through: dict[int, list[float]] = {}
     try:
         for sitter, samples, colours in _passes(sitters, neutral):
-            face_materials = _face_materials(scene, sitter, samples, colours, varying, through)
+            face_materials = _face_materials(scene, sitter, samples, colours, varying)
             for index in sitter.records:
                 scene.objects[index] = replace(scene.objects[index], face_materials=face_materials)
     except RuntimeError as error:
@@ -61,8 +60,8 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
     for material in {m.session_uid: m for sitter in sitters for m in sitter.materials if m is not None}.values():
         if has_metal(material):
             reader.warn_of_metal(material)
-    for index, shares in through.items():
-        warn_of_light_through(scene, scene.materials[index].name, float(np.mean(shares)))
+        if has_glass(material):
+            reader.warn_of_glass(material)
     if varying and quantity == "RADIOSITY":
         scene.warnings.append(
             f"colours vary within faces, which show their mean: {name_list(sorted(set(varying)))}; set the quantity to "
@@ -156,7 +155,6 @@ def _face_materials(
     samples: Samples,
     colours: Colours,
     varying: list[str],
-    through: dict[int, list[float]],
 ) -> IntArray:
     """(F,) material of each face, new ones added to the scene."""
     surface = sitter.surface
@@ -177,7 +175,6 @@ def _face_materials(
         name = scene.materials[material].name
         if shown and found.deviation[faces[of_material]].max() > _VARIES:
             varying.append(name)
-        through.setdefault(int(material), []).append(1.0 - float(opacity[of_material].mean()))
     if found.mean[faces, :3].max() > 1.0 + 1e-3:
         bright = sorted({scene.materials[m].name for m in at[found.mean[faces, :3].max(axis=1) > 1.0 + 1e-3]})
         scene.warnings.append(f"materials that reflect more than arrives reflect all of it: {name_list(bright)}")
@@ -186,12 +183,12 @@ def _face_materials(
     reflectance, exitance = rounded(
         np.clip(found.mean[faces, :3], 0.0, 1.0), math.pi * np.maximum(found.mean[faces, 4:7], 0.0)
     )
-    blocks = 1.0 - opacity <= MOST_BLOCKED
-    rows = np.concatenate([at[:, None], blocks[:, None], reflectance, exitance], axis=1)
+    through, _ = rounded(1.0 - opacity[:, None], exitance)
+    rows = np.concatenate([at[:, None], through, reflectance, exitance], axis=1)
     distinct, which = np.unique(rows, axis=0, return_inverse=True)
     first = len(scene.materials)
     for row in distinct.tolist():
         name = scene.materials[int(row[0])].name
-        scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), bool(row[1])))
+        scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), (row[1],) * 3))
     face_materials[faces] = first + which.reshape(-1)
     return face_materials

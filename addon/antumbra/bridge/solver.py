@@ -31,7 +31,12 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
     """Hand the scene over and start the solver in a thread of its own."""
     native = antumbra_native.Scene()
     for material in scene.materials:
-        native.add_material(material.name, material.reflectance_rgb, material.exitance_rgb, blocks=material.blocks)
+        native.add_material(
+            material.name,
+            material.reflectance_rgb,
+            material.exitance_rgb,
+            transmittance=material.transmittance_rgb,
+        )
     for record in scene.objects:
         surface = record.surface
         normals = surface.corner_normals

@@ -70,8 +70,8 @@ class Material:
     reflectance_rgb: tuple[float, float, float]
     exitance_rgb: tuple[float, float, float]
     """pi·L in W/m², on both sides."""
-    blocks: bool = True
-    """Whether light stops at it."""
+    transmittance_rgb: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Share of light that goes on straight behind it."""
 
 
 @dataclass(frozen=True, slots=True)

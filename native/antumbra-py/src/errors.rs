@@ -63,6 +63,7 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
             invalid_scene(py, message, Some(object), None)
         }
         Error::ReflectanceOutOfRange { .. }
+        | Error::TransmittanceOutOfRange { .. }
         | Error::ExitanceInvalid { .. }
         | Error::LightNotFinite { .. }
         | Error::LightOutOfRange { .. }

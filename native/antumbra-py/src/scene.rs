@@ -52,15 +52,20 @@ impl Scene {
     }
 
     /// Adds a diffuse material, rgb and scene-linear; exitance is `pi` times the emitted radiance, in W/m².
-    #[pyo3(signature = (name, reflectance, exitance, *, blocks = true))]
+    #[pyo3(signature = (name, reflectance, exitance, *, transmittance = [0.0; 3]))]
     fn add_material(
         &self,
         name: String,
         reflectance: [f64; 3],
         exitance: [f64; 3],
-        blocks: bool,
+        transmittance: [f64; 3],
     ) -> PyResult<usize> {
-        let material = MaterialInput { name, reflectance_rgb: reflectance, exitance_rgb: exitance, blocks };
+        let material = MaterialInput {
+            name,
+            reflectance_rgb: reflectance,
+            exitance_rgb: exitance,
+            transmittance_rgb: transmittance,
+        };
         self.push(|input| &mut input.materials, material)
     }
 

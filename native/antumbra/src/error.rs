@@ -34,6 +34,9 @@ pub enum Error {
     /// A reflectance outside 0..1 would create light.
     #[error("material “{material}”: reflectance {value} ({channel}) is outside 0 to 1")]
     ReflectanceOutOfRange { material: String, channel: &'static str, value: f64 },
+    /// A transmittance outside 0..1 would create light.
+    #[error("material “{material}”: transmittance {value} ({channel}) is outside 0 to 1")]
+    TransmittanceOutOfRange { material: String, channel: &'static str, value: f64 },
     /// An emission that is NaN, infinite or, for a surface, negative.
     #[error("material “{material}”: emission {value} ({channel}) is not a finite number of at least 0")]
     ExitanceInvalid { material: String, channel: &'static str, value: f64 },

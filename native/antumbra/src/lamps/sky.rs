@@ -236,10 +236,11 @@ impl Sky {
             // A wall may hide it whole, however much else stands there.
             let polygons = form_factors.blockers.polygons();
             let hides_all = |id: u32| {
+                let opaque = form_factors.blockers.blocking().is_opaque(id);
                 let hides_from = |&from: &DVec3| {
                     corners.iter().all(|&to| hides(&polygons[id as usize], from, self.reach * to))
                 };
-                box_corners.iter().all(hides_from)
+                opaque && box_corners.iter().all(hides_from)
             };
             if form_factors.blockers.large().iter().any(|&id| hides_all(id)) {
                 continue;
@@ -279,7 +280,7 @@ impl Sky {
                 found(
                     k,
                     Arrived {
-                        irradiance: seen.value * exitance,
+                        irradiance: seen.coloured() * exitance,
                         variance: (seen.noise * exitance).length_squared(),
                     },
                 );

@@ -8,9 +8,9 @@ use glam::DVec3;
 
 use crate::lamps::Sky;
 use crate::transport::gather::Arrived;
-use crate::visibility::Receiver;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{splitmix, unit};
+use crate::visibility::{Receiver, grey};
 
 /// Directions about +z, each of which stands for the same share of the irradiance. Neighbours in the list are neighbours
 /// on the hemisphere, so that their differences tell the error.
@@ -110,6 +110,23 @@ pub(crate) struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
+    /// What comes along a ray: from the first surface, and through it from others where it lets light through.
+    fn along(&self, mut from: DVec3, direction: DVec3) -> DVec3 {
+        let mut light = DVec3::ZERO;
+        let mut through = DVec3::ONE;
+        while let Some(hit) = self.surfaces.first_hit(from, direction) {
+            let share = self.surfaces.blocking().transmittance(hit.polygon);
+            let sent = self.radiosity[hit.polygon as usize][usize::from(!hit.front)];
+            light += (1.0 - grey(share)) * through * sent;
+            through *= share;
+            if through == DVec3::ZERO {
+                return light;
+            }
+            from += hit.distance * direction;
+        }
+        light + through * self.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction))
+    }
+
     /// What arrives at a receiver.
     ///
     /// All receivers with the same normal look in the same directions: what they err by is then alike, and no noise tells
@@ -119,11 +136,7 @@ impl Surroundings<'_> {
         let mut differences = 0.0;
         let mut previous = DVec3::ZERO;
         for (k, direction) in directions.about(receiver.normal, 0.0).enumerate() {
-            let seen = self.surfaces.first_hit(receiver.position, direction);
-            let light = match seen {
-                Some(hit) => self.radiosity[hit.polygon as usize][usize::from(!hit.front)],
-                None => self.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction)),
-            };
+            let light = self.along(receiver.position, direction);
             sum += light;
             if k % 2 == 1 {
                 // Of two neighbouring strata, the square of the difference is on average the sum of their variances.

@@ -274,7 +274,7 @@ impl<'a> Hierarchical<'a> {
         let mut inside = DVec3::ZERO;
         for (index, lamp) in self.emitters.polygons.iter().enumerate() {
             // The outside of a room that emits on both sides lights nothing.
-            if escaping(&lamp.polygon, RAYS, self.form_factors.blockers, index as u64) == 0 {
+            if escaping(&lamp.polygon, RAYS, self.form_factors.blockers, index as u64) == 0.0 {
                 inside += lamp.radiosity * lamp.polygon.area();
             }
         }
@@ -290,7 +290,7 @@ impl<'a> Hierarchical<'a> {
         for (index, node) in nodes.iter().enumerate().filter(|(index, _)| closed[*index]) {
             let Some(surface) = self.hierarchy.surface(node) else { continue };
             let space = spaces[index] as usize;
-            absorbing[space] += node.area * (DVec3::ONE - surface.reflectance);
+            absorbing[space] += node.area * (surface.stops - surface.reflectance);
             arriving[space] += node.area * self.direct[index].mean;
             area[space] += node.area;
         }

@@ -13,7 +13,7 @@ use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId, REPRESENTATIVES};
 use crate::transport::quadrature::quadrature;
-use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
+use crate::visibility::{ConvexPolygon, Receiver, grey, unoccluded_form_factor};
 
 /// Two nodes that exchange light.
 #[derive(Debug, Clone)]
@@ -403,9 +403,10 @@ impl Estimate<'_> {
             for (j, &(y, _)) in points[1].iter().enumerate() {
                 if kernels[i][j] > 0.0 {
                     rays += 1;
-                    if !self.form_factors.blockers.sees(x, y) {
-                        hidden += kernels[i][j] / (counts[0] * counts[1]) as f64;
-                        kernels[i][j] = 0.0;
+                    let through = grey(self.form_factors.blockers.between(x, y));
+                    if through < 1.0 {
+                        hidden += (1.0 - through) * kernels[i][j] / (counts[0] * counts[1]) as f64;
+                        kernels[i][j] *= through;
                     }
                 }
             }
