@@ -11,6 +11,7 @@ from ..core.settings import Settings
 from . import solver
 from .scene_read import read_scene
 from .scene_write import write_solution
+from .textures import show_textures
 
 
 class BlenderHost:
@@ -20,7 +21,8 @@ class BlenderHost:
         return read_scene(bpy.context, settings)
 
     def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
-        return write_solution(bpy.context, scene, solution, settings)
+        warnings = show_textures(scene, solution, settings)
+        return warnings + write_solution(bpy.context, scene, solution, settings)
 
 
 def new_bake(settings: Settings) -> Bake:

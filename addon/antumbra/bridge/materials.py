@@ -166,7 +166,9 @@ class MaterialReader:
 
     def warn_of_glass(self, material: bpy.types.Material) -> None:
         """Say once what becomes of a material's glass."""
-        warning = f"material “{material.name}”: light goes straight through its glass, which neither bends nor mirrors it"
+        warning = (
+            f"material “{material.name}”: light goes straight through its glass, which neither bends nor mirrors it"
+        )
         if warning not in self._scene.warnings:
             self._scene.warnings.append(warning)
 

@@ -97,6 +97,8 @@ class ObjectRecord:
     """Whether others get light from it."""
     face_materials: IntArray | None = None
     """(F,) index into SceneRecord.materials per face, where these tell more than the slots."""
+    varying_faces: NDArray[np.bool_] | None = None
+    """(F,) whether colours vary over the face, whose material is their mean; None where none do."""
 
     def triangle_materials(self) -> IntArray:
         """(T,) indices into SceneRecord.materials."""
