@@ -157,6 +157,55 @@ def test_lights(name, compare):
     compare(name, by_cycles(floor), by_antumbra(floor))
 
 
+def link_to(light, which, *members):
+    """Give a light a linking collection of (object or collection, state)."""
+    collection = bpy.data.collections.new(which)
+    for member, state in members:
+        is_object = isinstance(member, bpy.types.Object)
+        (collection.objects if is_object else collection.children).link(member)
+        links = collection.collection_objects if is_object else collection.collection_children
+        links[-1].light_linking.link_state = state
+    setattr(light.light_linking, f"{which}_collection", collection)
+
+
+@pytest.mark.parametrize("linked", ["to the floor", "not to the floor", "in a group", "to nothing", "no shadow", "shadow of one"])
+@pytest.mark.parametrize("name", ["point, radius 0", "sun, angle 10 degrees", "area, square"])
+def test_light_linking(name, linked, compare):
+    """A linked light beside a dim one that lights everything."""
+    floor = floor_under_a_cube()
+    cube = bpy.data.objects["Blocker"]
+    other = add_cube("Other")
+    other.matrix_world = Matrix.Translation((-0.9, -0.6, 0.5)) @ Matrix.Diagonal((0.3, 0.3, 0.3, 1))
+    other.data.materials.append(cube.data.materials[0])
+    kind, matrix, options = CASES[name]
+    lights = []
+    for energy in (50.0, 5.0):
+        light = bpy.data.lights.new(name, kind)
+        light.energy = energy
+        for key, value in options.items():
+            setattr(light, key, value)
+        if energy == 5.0:
+            light.energy, light.color = 0.1 * lights[0].data.energy, (0.2, 0.4, 1.0)
+        lights.append(link(bpy.data.objects.new(name, light)))
+        lights[-1].matrix_world = matrix
+    match linked:
+        case "to the floor":
+            link_to(lights[0], "receiver", (floor, "INCLUDE"))
+        case "not to the floor":
+            link_to(lights[0], "receiver", (floor, "EXCLUDE"))
+        case "in a group":
+            group = bpy.data.collections.new("Group")
+            group.objects.link(floor)
+            link_to(lights[0], "receiver", (group, "INCLUDE"), (cube, "INCLUDE"))
+        case "to nothing":
+            link_to(lights[0], "receiver")
+        case "no shadow":
+            link_to(lights[0], "blocker", (cube, "EXCLUDE"), (other, "EXCLUDE"))
+        case "shadow of one":
+            link_to(lights[0], "blocker", (other, "INCLUDE"))
+    compare(f"{name}, linked: {linked}", by_cycles(floor), by_antumbra(floor))
+
+
 PANES = {
     "half transparent": ("ShaderNodeBsdfPrincipled", {"Alpha": 0.5, "Base_Color": (0, 0, 0, 1)}),
     "tinted transparent": ("ShaderNodeBsdfTransparent", {"Color": (0.9, 0.5, 0.2, 1)}),

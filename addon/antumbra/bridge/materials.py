@@ -69,6 +69,10 @@ class MaterialReader:
         """Whether looking at the faces tells more of a material than its nodes did."""
         return index in self._unread or (has_uv_map and index in self._textured)
 
+    def may_emit(self, index: int) -> bool:
+        """Whether a material emits, or its nodes did not tell."""
+        return index in self._unread or any(self._scene.materials[index].exitance_rgb)
+
     def do_without_passes(self, index: int) -> None:
         """Name a material whose viewport colour has to do."""
         reason = self._unread.pop(index, None)

@@ -110,6 +110,27 @@ class ObjectRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class Linked:
+    """Objects that are linked to a light: some of the scene, or all but some."""
+
+    uids: frozenset[int]
+    """session_uids of objects, which stand for their instances."""
+    all_but: bool
+
+    def among(self, objects: list[ObjectRecord]) -> list[int]:
+        """Their places in the list."""
+        return [index for index, each in enumerate(objects) if (each.owner_uid in self.uids) != self.all_but]
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """What a light has to do with; None stands for everything."""
+
+    lit: Linked | None = None
+    blocking: Linked | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class AreaLight:
     """A flat light that shines to one side and does not block."""
 
@@ -120,6 +141,7 @@ class AreaLight:
     spread: float = math.pi
     """The full angle that its light is kept to, radians."""
     casts_shadows: bool = True
+    links: Links = Links()
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +155,7 @@ class Sun:
     irradiance_rgb: tuple[float, float, float]
     """W/m² on what faces it."""
     casts_shadows: bool
+    links: Links = Links()
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +183,7 @@ class PointLight:
     """W/sr."""
     casts_shadows: bool
     cone: Cone | None = None
+    links: Links = Links()
 
 
 @dataclass(frozen=True, slots=True)

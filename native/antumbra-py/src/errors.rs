@@ -67,6 +67,7 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         | Error::ExitanceInvalid { .. }
         | Error::LightNotFinite { .. }
         | Error::LightOutOfRange { .. }
+        | Error::LinkOutOfRange { .. }
         | Error::SkyCells { .. }
         | Error::EndlessLight { .. } => invalid_scene(py, message, None, None),
         Error::NoLight => NoLightError::new_err(message),

@@ -83,7 +83,7 @@ impl Plate<'_> {
     }
 
     pub(super) fn receiver(&self, position: DVec3) -> Receiver {
-        Receiver { position, normal: self.normal }
+        Receiver::new(position, self.normal)
     }
 }
 

@@ -80,7 +80,7 @@ fn lamp_outline([low, high]: [DVec2; 2]) -> Vec<DVec3> {
 /// Unblocked light of a lamp, W/m².
 fn light_of(bounds: [DVec2; 2], point: DVec3) -> f64 {
     let lamp = ConvexPolygon::new(&lamp_outline(bounds)).expect("it has an area");
-    EXITANCE * unoccluded_form_factor(&Receiver { position: point, normal: DVec3::Z }, &lamp)
+    EXITANCE * unoccluded_form_factor(&Receiver::new(point, DVec3::Z), &lamp)
 }
 
 /// A corner of the display mesh.
@@ -112,7 +112,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
         });
         for (corner, point) in corners.iter().zip(points) {
             let sample = corner.samples[0].index();
-            let Receiver { position, normal } = samples[sample].receiver(Side::Front);
+            let Receiver { position, normal, .. } = samples[sample].receiver(Side::Front);
             let step = position - samples[sample].position;
             found.push(CornerLight {
                 object: face.object.index(),

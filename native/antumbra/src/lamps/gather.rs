@@ -23,6 +23,8 @@ impl Lamp {
         workspace: &mut Workspace,
         mut found: impl FnMut(usize, Arrived),
     ) {
+        let own = self.blockers.as_ref().map(|blockers| form_factors.among(blockers));
+        let form_factors = own.as_ref().unwrap_or(form_factors);
         let count = at.cluster.members.len();
         let mut shared = std::mem::take(&mut workspace.shared);
         let mut known: Option<Candidates> = (!self.casts_shadows).then_some(Candidates::Shared(&[]));
@@ -63,6 +65,8 @@ impl Lamp {
         form_factors: &FormFactors,
         workspace: &mut Workspace,
     ) -> DVec3 {
+        let own = self.blockers.as_ref().map(|blockers| form_factors.among(blockers));
+        let form_factors = own.as_ref().unwrap_or(form_factors);
         match self.seen_from(receiver) {
             Sight::Dark => DVec3::ZERO,
             Sight::Around(irradiance) => irradiance,

@@ -384,7 +384,7 @@ mod tests {
         let mut cells: Vec<Cell> = faces().collect();
         for _ in 0..4 {
             for normal in [DVec3::Z, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::NEG_X] {
-                let receiver = Receiver { position: DVec3::ZERO, normal };
+                let receiver = Receiver::new(DVec3::ZERO, normal);
                 let sum: f64 =
                     cells.iter().map(|&c| unoccluded_form_factor(&receiver, &sky.polygon(c))).sum();
                 assert!((sum - 1.0).abs() < 1e-13, "{sum}");
@@ -392,7 +392,7 @@ mod tests {
             for cell in &cells {
                 let polygon = sky.polygon(*cell);
                 assert!(polygon.normal().dot(polygon.centroid()) < 0.0);
-                let receiver = Receiver { position: DVec3::ZERO, normal: polygon.centroid().normalize() };
+                let receiver = Receiver::new(DVec3::ZERO, polygon.centroid().normalize());
                 assert!(unoccluded_form_factor(&receiver, &polygon) < 1.2 * cell.most());
             }
             cells = cells.into_iter().flat_map(Cell::parts).collect();

@@ -76,6 +76,7 @@ impl World {
         for object in &input.objects {
             validate_object(object, input.materials.len())?;
         }
+        input.lamps.iter().try_for_each(|lamp| validate_links(lamp, input.objects.len()))?;
         let mut world = Self {
             materials: input.materials.clone(),
             shown_materials: input.materials.clone(),
@@ -111,6 +112,11 @@ impl World {
     /// The corners of a face, in the order of the source triangle.
     pub(crate) fn corners(&self, face: &Face) -> [DVec3; 3] {
         face.vertices.map(|v| self.vertices[v as usize])
+    }
+
+    /// The object that a vertex belongs to.
+    pub(crate) fn object_of_vertex(&self, vertex: u32) -> u32 {
+        self.objects.partition_point(|object| object.first_vertex <= vertex) as u32 - 1
     }
 
     /// The material of a face as it takes part in the exchange of light.
@@ -301,6 +307,14 @@ fn validate_light(light: &AreaLightInput) -> Result<(), Error> {
     let finite =
         light.exitance_rgb.iter().all(|v| v.is_finite()) && light.outline.iter().all(|p| p.is_finite());
     if finite { Ok(()) } else { Err(Error::LightNotFinite { light: light.name.clone() }) }
+}
+
+fn validate_links(lamp: &LampInput, objects: usize) -> Result<(), Error> {
+    let linked = [&lamp.lit_objects, &lamp.blocking_objects];
+    match linked.into_iter().flatten().flatten().find(|&&object| object as usize >= objects) {
+        None => Ok(()),
+        Some(&object) => Err(Error::LinkOutOfRange { light: lamp.name.clone(), object, objects }),
+    }
 }
 
 fn validate_object(object: &ObjectInput, materials: usize) -> Result<(), Error> {

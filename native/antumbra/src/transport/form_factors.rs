@@ -4,6 +4,7 @@
 //! them. Most shafts are empty.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -122,17 +123,22 @@ impl Workspace {
 /// Evaluates form factors in one scene.
 pub(crate) struct FormFactors<'a> {
     pub(crate) blockers: &'a Blockers,
-    counters: Counters,
+    counters: Arc<Counters>,
 }
 
 impl<'a> FormFactors<'a> {
     pub(crate) fn new(blockers: &'a Blockers) -> Self {
-        Self { blockers, counters: Counters::default() }
+        Self { blockers, counters: Arc::default() }
+    }
+
+    /// The same among other blockers, counted together.
+    pub(crate) fn among<'b>(&self, blockers: &'b Blockers) -> FormFactors<'b> {
+        FormFactors { blockers, counters: Arc::clone(&self.counters) }
     }
 
     /// How many form factors were exact, how many were sampled, and the rays that took.
     pub(crate) fn counts(&self) -> [u64; 3] {
-        let Counters { exact, sampled, rays } = &self.counters;
+        let Counters { exact, sampled, rays } = &*self.counters;
         [exact, sampled, rays].map(|count| count.load(Ordering::Relaxed))
     }
 
@@ -420,7 +426,7 @@ impl FormFactors<'_> {
     ) {
         let mut rays = 0;
         for k in 0..at.cluster.members.len() {
-            let Receiver { position, normal } = *at.receiver(k);
+            let Receiver { position, normal, .. } = *at.receiver(k);
             let (mut open, mut value) = (0.0, DVec3::ZERO);
             for &(place, facing) in places {
                 let to = place - position;

@@ -315,7 +315,7 @@ impl Estimate<'_> {
         let order = 1 + usize::from(size > ONE_POINT) + usize::from(size > FOUR_POINTS);
         let points = quadrature(here, order);
         let receivers: SmallVec<[Receiver; 16]> =
-            points.iter().map(|&(position, _)| Receiver { position, normal: here.normal() }).collect();
+            points.iter().map(|&(position, _)| Receiver::new(position, here.normal())).collect();
         let seen = self.form_factors.of_points(here, &receivers, there, weight, seed, workspace);
         let mut mean = 0.0;
         let mut unoccluded = 0.0;
@@ -451,7 +451,7 @@ fn faces_wholly(node: &Node, other: &Node) -> bool {
 /// How much the unblocked form factor to a source varies over a polygon.
 fn variation(polygon: &ConvexPolygon, source: &ConvexPolygon) -> f64 {
     let centre = polygon.centroid();
-    let at = |position| unoccluded_form_factor(&Receiver { position, normal: polygon.normal() }, source);
+    let at = |position| unoccluded_form_factor(&Receiver::new(position, polygon.normal()), source);
     let middle = at(centre);
     // Not quite at the corners: one that touches the source sees all of it or nothing.
     let corners = polygon.vertices().iter().map(|&v| at(v.lerp(centre, 0.1)));

@@ -193,7 +193,9 @@ impl<'a> Looking<'a> {
             (0..self.patches.len()).filter(|&side| !self.rows.of(side).is_empty()).collect();
         let receiver = |side: usize| {
             let polygon = &self.patches.patches[side / 2].polygon;
-            Receiver { position: polygon.centroid(), normal: normal(polygon, side) }
+            let face = self.mesh.element(self.patches.patches[side / 2].elements[0]).face;
+            let object = self.world.faces[face.index()].object.index() as u32;
+            Receiver::new(polygon.centroid(), normal(polygon, side)).of(object)
         };
         let receivers: Vec<Receiver> = sides.iter().map(|&side| receiver(side)).collect();
         let seeds: Vec<u64> = sides.iter().map(|&side| side as u64).collect();

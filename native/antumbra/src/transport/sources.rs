@@ -129,8 +129,14 @@ impl Sources {
 
 /// Everything that blocks light: every face that does, paired where two are one quadrilateral.
 pub(crate) fn blockers(world: &World) -> Blockers {
+    blockers_among(world, |_| true)
+}
+
+/// The same of some faces; of an object all or none.
+pub(crate) fn blockers_among(world: &World, takes: impl Fn(FaceId) -> bool) -> Blockers {
     let (polygons, transmittances) = whole_faces(world)
         .into_iter()
+        .filter(|merged| takes(FaceId::new(merged.halves[0])))
         .map(|merged| (merged.polygon, world.transmittance(FaceId::new(merged.halves[0]))))
         .unzip();
     Blockers::new(polygons, transmittances, world.diagonal)

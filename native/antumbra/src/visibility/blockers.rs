@@ -48,6 +48,12 @@ pub(crate) struct Hit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooMany;
 
+impl std::fmt::Debug for Blockers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Blockers").field("polygons", &self.polygons.len()).finish_non_exhaustive()
+    }
+}
+
 impl Blockers {
     /// Builds the tree over polygons that let nothing through. They keep their indices.
     #[cfg(test)]

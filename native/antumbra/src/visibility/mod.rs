@@ -32,4 +32,5 @@ pub(crate) use hidden::{Blocking, covers, grey, hides, visible_weighted};
 pub use hidden::{
     MAX_FRAGMENTS, Scratch, TooManyFragments, Visibility, VisibleFormFactor, visible_form_factor,
 };
+pub(crate) use polygon::ANY_OBJECT;
 pub use polygon::{ConvexPolygon, Receiver};
