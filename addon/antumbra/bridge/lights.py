@@ -102,7 +102,7 @@ def _normalizes(light: Any) -> bool:
     return bool(getattr(light, "normalize", True))
 
 
-def read_links(obj: bpy.types.Object) -> Links:
+def read_links(obj: Any) -> Links:
     """What an object's light is linked to."""
     linking = obj.original.light_linking
     return Links(_linked(linking.receiver_collection), _linked(linking.blocker_collection))
