@@ -189,8 +189,8 @@ def test_light_linking(name, linked, compare):
         if energy == 5.0:
             light.energy, light.color = 0.1 * lights[0].data.energy, (0.2, 0.4, 1.0)
         lights.append(link(bpy.data.objects.new(name, light)))
-        # Apart: of two area lights in one place, Cycles' rays meet only one.
-        lights[-1].matrix_world = Matrix.Translation((0.4 * len(lights), 0, 0)) @ matrix
+        # Apart: of two area lights one behind the other, or in one place, Cycles' rays meet only one.
+        lights[-1].matrix_world = Matrix.Translation((1.3 * len(lights), 0, 0)) @ matrix
     match linked:
         case "to the floor":
             link_to(lights[0], "receiver", (floor, "INCLUDE"))

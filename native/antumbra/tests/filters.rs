@@ -52,8 +52,10 @@ fn spot(radius: f64, cone: bool) -> LampShape {
     }
 }
 
+type Named = (&'static str, Box<dyn Fn(&mut Scene)>);
+
 /// Every kind of light.
-fn lights() -> Vec<(&'static str, Box<dyn Fn(&mut Scene)>)> {
+fn lights() -> Vec<Named> {
     let sun =
         |angle: f64| LampShape::Sun { direction: DVec3::new(0.1, 0.3, 1.0), angle, irradiance_rgb: [3.0; 3] };
     vec![
