@@ -309,7 +309,7 @@ def test_a_floor_of_one_face_shows_its_checks_as_sharp_as_its_elements():
     assert len(shown) >= 2 * 8**2
     assert light.min() > 0.0
     colours = np.where(first[:, None, None], (0.8, 0.6, 0.4), (0.2, 0.1, 0.0))
-    assert shown == pytest.approx(colours * light, abs=2e-3 * light.max())
+    assert shown == pytest.approx(colours * light, abs=2e-3 * float(light.max()))
 
 
 def test_layers_show_them_too_and_transport_their_mean():
@@ -322,7 +322,7 @@ def test_layers_show_them_too_and_transport_their_mean():
     assert sum(parts) == pytest.approx(shown, abs=1e-6)
     colours = np.where(first[:, None, None], (0.8, 0.6, 0.4), (0.2, 0.1, 0.0))
     assert parts[1].max() > 0.0
-    assert shown == pytest.approx(colours * light, abs=2e-3 * light.max())
+    assert shown == pytest.approx(colours * light, abs=2e-3 * float(light.max()))
 
 
 def test_screens_shine_as_their_picture_does():
@@ -338,6 +338,16 @@ def test_screens_shine_as_their_picture_does():
     mesh = baked_of("Screen").data
     across = positions(mesh)[corner_vertices(mesh)][:, 0]
     assert radiance(mesh) == pytest.approx(np.repeat((0.5 + 0.5 * across)[:, None], 3, axis=1), abs=1e-3)
+
+
+def test_showing_textures_leaves_nothing_behind():
+    checkered()
+    bake(method="UNIFORM", element_size=0.5)
+    assert bpy.ops.antumbra.remove_bake() == {"FINISHED"}
+    before = fingerprint()
+    bake(method="UNIFORM", element_size=0.5)
+    assert bpy.ops.antumbra.remove_bake() == {"FINISHED"}
+    assert fingerprint() == before
 
 
 def test_without_its_material_a_texture_is_its_mean_and_says_so():
