@@ -77,11 +77,16 @@ class Scene:
 
     def __new__(cls) -> Scene: ...
     def add_material(
-        self, name: str, reflectance: Sequence[float], exitance: Sequence[float], *, blocks: bool = True
+        self,
+        name: str,
+        reflectance: Sequence[float],
+        exitance: Sequence[float],
+        *,
+        transmittance: Sequence[float] = ...,
     ) -> int:
         """Add a diffuse material, its exitance on both sides, and return its index.
 
-        What does not block is lit, shown and emits, but all light goes on behind it, and it reflects none to others.
+        transmittance is the share of light that goes on straight behind it; it reflects at most the rest to others.
         """
 
     def add_object(
@@ -111,11 +116,16 @@ class Scene:
         exitance: Sequence[float],
         spread: float = ...,
         casts_shadows: bool = True,
+        *,
+        lit_objects: Sequence[int] | None = None,
+        blocking_objects: Sequence[int] | None = None,
     ) -> None:
         """Add a flat light that does not block.
 
         outline (K, 3) is convex, in world space, and counter-clockwise seen from the one side that is lit. spread is
         the full angle, in radians, that its light is kept to; pi, the default, keeps it to its side.
+        lit_objects are the indices of the objects that it lights, blocking_objects of those that block its light, each
+        None for all; so for all lights.
         """
 
     def add_sun(
@@ -125,6 +135,9 @@ class Scene:
         angle: float,
         irradiance: Sequence[float],
         casts_shadows: bool = True,
+        *,
+        lit_objects: Sequence[int] | None = None,
+        blocking_objects: Sequence[int] | None = None,
     ) -> None:
         """Add a sun.
 
@@ -140,6 +153,9 @@ class Scene:
         faces_receiver: bool = True,
         casts_shadows: bool = True,
         cone: tuple[_Floats, float, float] | None = None,
+        *,
+        lit_objects: Sequence[int] | None = None,
+        blocking_objects: Sequence[int] | None = None,
     ) -> None:
         """Add a light from a point; with a radius, from a disc that faces its receiver, or from a sphere.
 

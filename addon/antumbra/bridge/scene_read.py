@@ -14,10 +14,10 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.lights import Floats
-from ..core.record import ObjectRecord, SceneRecord, Surface, name_list
+from ..core.record import Links, ObjectRecord, SceneRecord, Surface, name_list
 from ..core.settings import Settings
 from .depsgraph import with_render_depsgraph
-from .lights import read_light
+from .lights import read_light, read_links
 from .materials import MaterialReader
 from .mesh_read import read_attributes, read_surface
 from .originals import originals_shown
@@ -80,6 +80,7 @@ class SceneReader:
         self._has_area_of_its_own: dict[int, bool] = {}
         self._without_area: list[str] = []
         self._left_out: dict[str, dict[str, None]] = {}
+        self._linked_meshes: dict[str, None] = {}
 
     def visit(self, depsgraph: bpy.types.Depsgraph, probe_uid: int) -> None:
         each: Any = depsgraph.object_instances
@@ -99,6 +100,11 @@ class SceneReader:
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"
+            )
+        if self._linked_meshes:
+            self.scene.warnings.append(
+                "light linking of emitting meshes is not modelled, their emission lights everything: "
+                f"{name_list(list(self._linked_meshes))}"
             )
         for kind, names in self._left_out.items():
             self.scene.warnings.append(
@@ -123,6 +129,8 @@ class SceneReader:
             return
         slots = _slot_materials(obj)
         slot_materials = tuple(self.materials.index(material) for material in slots or [None])
+        if read_links(owner) != Links() and any(map(self.materials.may_emit, slot_materials)):
+            self._linked_meshes[owner.name] = None
         if receives or any(self.materials.wants_passes(m, bool(surface.active_uv)) for m in slot_materials):
             self._read_attributes(surface, obj.data, name)
         self.scene.objects.append(

@@ -29,8 +29,7 @@ use crate::transport::hierarchical::Hierarchical;
 use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
-use crate::transport::sources::{Emitters, blocking_polygons};
-use crate::visibility::blockers::Blockers;
+use crate::transport::sources::{Emitters, blockers};
 use crate::weld::{Bake, weld};
 
 /// Share of the wanted error that refinement for the emitters may leave by its own estimate. Errors add up in quadrature,
@@ -95,7 +94,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if emitters.lights == 0 {
         return Err(Error::NoLight);
     }
-    let blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
+    let blockers = blockers(&world);
     let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
     let mut solver = Solver {

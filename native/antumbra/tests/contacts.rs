@@ -140,8 +140,7 @@ fn corners_on_a_contact_have_the_limit_from_their_own_side() {
                     let hidden = p.x + 4.0 * (0.5 - p.x);
                     let visible =
                         rectangle(DVec3::new(hidden, -0.3, 4.0), DVec3::Y, DVec3::X * (0.8 - hidden));
-                    let limit =
-                        10.0 * unoccluded_form_factor(&Receiver { position: p, normal: DVec3::Z }, &visible);
+                    let limit = 10.0 * unoccluded_form_factor(&Receiver::new(p, DVec3::Z), &visible);
                     worst = worst.max((value / limit - 1.0).abs());
                     seen += 1;
                 }

@@ -26,7 +26,7 @@ fn floating_cube(shape: LampShape) -> Scene {
     let black = scene.material(0.0, 0.0);
     scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
     scene.blocker("cube", Shape::cuboid(DVec3::Z, DVec3::splat(0.5)), black);
-    scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape });
+    scene.input.lamps.push(LampInput::new("lamp", shape));
     scene
 }
 
@@ -190,7 +190,7 @@ fn a_balls_shadow_is_drawn_by_its_outline_alone() {
     let black = scene.material(0.0, 0.0);
     scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
     scene.blocker("ball", Shape::sphere(0.5, 4).map(|p| p + DVec3::Z), black);
-    scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: sun() });
+    scene.input.lamps.push(LampInput::new("lamp", sun()));
     let bake = scene.bake(&arriving(Settings { max_level: 0, ..adaptive() }));
     assert_sound(&scene.input, &bake);
     let lines = bake.report.result.lines.drawn;
@@ -213,7 +213,7 @@ fn the_shadow_of_what_stands_on_the_floor_begins_at_its_foot() {
     let black = scene.material(0.0, 0.0);
     scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
     scene.blocker("cube", Shape::cuboid(DVec3::Z * 0.5, DVec3::splat(0.5)), black);
-    scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: sun() });
+    scene.input.lamps.push(LampInput::new("lamp", sun()));
     let bake = scene.bake(&lines_only(Method::Adm));
     let mesh = &bake.meshes[0];
     for line in [
@@ -252,7 +252,7 @@ fn mesh_edges_lie_on_the_borders_of_a_round_lamps_penumbra() {
         scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
         let board = Shape::quad(DVec3::new(-9.0, -9.0, 1.0), DVec3::X * 9.0, DVec3::Y * 18.0);
         scene.blocker("board", board, black);
-        scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: shape.clone() });
+        scene.input.lamps.push(LampInput::new("lamp", shape.clone()));
         for method in WITH_LINES {
             let bake = scene.bake(&lines_only(method));
             assert_sound(&scene.input, &bake);

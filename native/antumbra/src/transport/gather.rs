@@ -172,7 +172,7 @@ impl Gather<'_> {
                         (Seen::Cluster(representatives), Step::Whole) => {
                             let share = source.area() / representatives.len() as f64;
                             self.form_factors.of_representatives(at, representatives, |k, found| {
-                                sums[k].irradiance += share * found.value * source.radiosity();
+                                sums[k].irradiance += share * found.coloured() * source.radiosity();
                                 sums[k].variance +=
                                     (share * found.noise * source.radiosity()).length_squared();
                             });
@@ -180,7 +180,7 @@ impl Gather<'_> {
                         }
                     };
                     let found = |k: usize, found: Found| {
-                        sums[k].irradiance += found.value * source.radiosity_from(at.receiver(k));
+                        sums[k].irradiance += found.coloured() * source.radiosity_from(at.receiver(k));
                         sums[k].variance += (found.noise * source.radiosity()).length_squared();
                     };
                     let weight = self.weight(source.radiosity());

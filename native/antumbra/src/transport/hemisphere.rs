@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use crate::lamps::Sky;
 use crate::transport::gather::Arrived;
-use crate::visibility::Receiver;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{splitmix, unit};
+use crate::visibility::{Receiver, grey};
 
 /// Directions about +z, each of which stands for the same share of the irradiance: one in each cell of a square of them, row
 /// by row. Neighbours in the square are neighbours on the hemisphere.
@@ -184,7 +184,7 @@ impl<'a> Surroundings<'a> {
             let mut differences = 0.0;
             let mut previous = None;
             for direction in self.second[level].in_cell(cell, PARTS[level]) {
-                let light = self.towards(receiver.position, (frame * direction).normalize());
+                let light = self.along(receiver.position, (frame * direction).normalize());
                 sum += light;
                 differences +=
                     previous.replace(light).map_or(0.0, |last: DVec3| (light - last).length_squared());
@@ -202,7 +202,7 @@ impl<'a> Surroundings<'a> {
     fn first_look(&self, receiver: &Receiver) -> FirstLook {
         let mut light = [DVec3::ZERO; CELLS];
         for (light, direction) in light.iter_mut().zip(self.first.about(receiver.normal, 0.0)) {
-            *light = self.towards(receiver.position, direction);
+            *light = self.along(receiver.position, direction);
         }
         // Half of the square of the difference of two cells is the variance of one: to each of its neighbours.
         let mut greatest = [0.0_f64; CELLS];
@@ -232,12 +232,22 @@ impl<'a> Surroundings<'a> {
         FirstLook { arrived, deviations }
     }
 
-    /// The light that comes from a direction, as an exitance, W/m².
-    fn towards(&self, position: DVec3, direction: DVec3) -> DVec3 {
-        match self.surfaces.first_hit(position, direction) {
-            Some(hit) => self.radiosity[hit.polygon as usize][usize::from(!hit.front)],
-            None => self.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction)),
+    /// The light that comes along a ray, as an exitance, W/m²: from the first surface, and through it from others where it
+    /// lets light through.
+    fn along(&self, mut from: DVec3, direction: DVec3) -> DVec3 {
+        let mut light = DVec3::ZERO;
+        let mut through = DVec3::ONE;
+        while let Some(hit) = self.surfaces.first_hit(from, direction) {
+            let share = self.surfaces.blocking().transmittance(hit.polygon);
+            let sent = self.radiosity[hit.polygon as usize][usize::from(!hit.front)];
+            light += (1.0 - grey(share)) * through * sent;
+            through *= share;
+            if through == DVec3::ZERO {
+                return light;
+            }
+            from += hit.distance * direction;
         }
+        light + through * self.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction))
     }
 }
 

@@ -31,7 +31,7 @@ use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
-use crate::visibility::{ConvexPolygon, Receiver};
+use crate::visibility::{ConvexPolygon, Receiver, grey};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
 /// by its faces anyway.
@@ -86,12 +86,14 @@ pub(crate) struct Looking<'a> {
     tree: Blockers,
     /// Which patch each polygon of the tree is.
     blocking: Vec<u32>,
+    /// Per patch: share of what arrives that it stops, over the channels.
+    stops: Vec<f64>,
     rows: Rows,
     /// Per side: whether all light that it gets stays among such as it for ever.
     endless: Vec<bool>,
     /// Per side: what emitters bring, W/m².
     direct: Vec<DVec3>,
-    /// Per side: what it reflects, W/m².
+    /// Per side: what it reflects, W/m²; of filters that share of all rays that they stop.
     radiosity: Vec<DVec3>,
     iterations: usize,
     mean_shown: f64,
@@ -132,14 +134,17 @@ impl<'a> Looking<'a> {
     ) -> Result<Self, Error> {
         let PatchMesh { mesh, elements, .. } = patches;
         let patches = Sources::new(world, &mesh, &elements);
-        let blocks = |patch: &Patch| world.material(mesh.element(patch.elements[0]).face).blocks;
+        let through = |patch: &Patch| world.transmittance(mesh.element(patch.elements[0]).face);
+        let stops = patches.patches.iter().map(|patch| 1.0 - grey(through(patch))).collect();
         let blocking: Vec<u32> = (patches.patches.iter().enumerate())
-            .filter(|(_, patch)| blocks(patch))
+            .filter(|(_, patch)| through(patch) != DVec3::ONE)
             .map(|(index, _)| index as u32)
             .collect();
-        let polygons =
-            blocking.iter().map(|&index| patches.patches[index as usize].polygon.clone()).collect();
-        let tree = Blockers::new(polygons, world.diagonal);
+        let (polygons, transmittances) = (blocking.iter())
+            .map(|&index| &patches.patches[index as usize])
+            .map(|patch| (patch.polygon.clone(), through(patch)))
+            .unzip();
+        let tree = Blockers::new(polygons, transmittances, world.diagonal);
         let around =
             Around { patches: &patches, tree: &tree, blocking: &blocking, sky: emitters.around.as_ref() };
         let rows = Rows::look_around(around, monitor)?;
@@ -157,6 +162,7 @@ impl<'a> Looking<'a> {
             patches,
             tree,
             blocking,
+            stops,
             iterations: 0,
             mean_shown: 0.0,
             solved: false,
@@ -197,7 +203,9 @@ impl<'a> Looking<'a> {
             (0..self.patches.len()).filter(|&side| !self.rows.of(side).is_empty()).collect();
         let receiver = |side: usize| {
             let polygon = &self.patches.patches[side / 2].polygon;
-            Receiver { position: polygon.centroid(), normal: normal(polygon, side) }
+            let face = self.mesh.element(self.patches.patches[side / 2].elements[0]).face;
+            let object = self.world.faces[face.index()].object.index() as u32;
+            Receiver::new(polygon.centroid(), normal(polygon, side)).of(object)
         };
         let receivers: Vec<Receiver> = sides.iter().map(|&side| receiver(side)).collect();
         let seeds: Vec<u64> = sides.iter().map(|&side| side as u64).collect();
@@ -236,9 +244,15 @@ impl<'a> Looking<'a> {
     fn solve_system(&mut self) {
         let patches = &self.patches.patches;
         let sides = 0..self.patches.len();
-        let areas: Vec<f64> = sides.clone().map(|side| self.patches.area(SourceId::new(side))).collect();
+        // Rays that a filter stops see more of what it reflects: they are fewer.
+        let stops = |side: usize| self.stops[side / 2];
+        let areas: Vec<f64> =
+            sides.clone().map(|side| stops(side) * self.patches.area(SourceId::new(side))).collect();
         let reflectance: Vec<DVec3> = (sides.clone())
-            .map(|side| if self.endless[side] { DVec3::ZERO } else { patches[side / 2].reflectance })
+            .map(|side| {
+                let sends = stops(side) > 0.0 && !self.endless[side];
+                if sends { patches[side / 2].reflectance / stops(side) } else { DVec3::ZERO }
+            })
             .collect();
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
             (sides.clone().into_par_iter())
@@ -439,7 +453,8 @@ fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, DVec
         .map(|(k, direction)| {
             // Points in an order of their own: neighbouring directions leave from all over the patch.
             let start = point_on(polygon, spread(shift, k as u32 + 1));
-            let Some(hit) = around.tree.first_hit(start, direction) else {
+            let chance = unit(splitmix(seed ^ (k as u64 + 3)));
+            let Some(hit) = around.tree.first_stop(start, direction, chance) else {
                 from_sky += around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
                 return NOTHING;
             };
