@@ -28,6 +28,7 @@ from .bridge.scene_read import selected_uids
 from .bridge.surroundings import scene_of
 from .core.bake import Progress
 from .core.errors import BakeError, InputError, SettingError, SolverBugError
+from .core.report import verified_error
 from .core.settings import Settings, parse_assignments
 
 COMMAND = "antumbra"
@@ -170,7 +171,9 @@ def _print_summary(report: dict[str, Any], arguments: Arguments) -> None:
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
     for warning in report["warnings"]:
         print(f"{COMMAND}: warning: {warning}", file=sys.stderr)
-    print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s -> {arguments.output}", flush=True)
+    error = verified_error(report)
+    of = f", {error}" if error else ""
+    print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s{of} -> {arguments.output}", flush=True)
 
 
 def _fail(code: int, message: str) -> int:

@@ -17,6 +17,7 @@ from bpy.app.handlers import persistent
 
 from ..core.bake import Bake, Progress
 from ..core.errors import BakeError
+from ..core.report import verified_error
 from .surroundings import windows
 
 # Ten times a second is smooth for the eye and costs a fraction of a percent of one core.
@@ -108,7 +109,8 @@ def outcome_of(report: dict[str, Any]) -> tuple[str, list[str]]:
     """Icon and lines for a finished bake."""
     result, timings, warnings = report["result"], report["timings"], report["warnings"]
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
-    lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *warnings]
+    error = verified_error(report)
+    lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *([error] if error else []), *warnings]
     return ("ERROR" if warnings else "CHECKMARK"), lines
 
 

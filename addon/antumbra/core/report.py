@@ -22,6 +22,21 @@ class Timings:
     cpu_s: float
 
 
+def verified_error(report: dict[str, Any]) -> str | None:
+    """The error of a bake in words, where it was verified, as in: verified error 0.9 % (0.7 to 1.1)."""
+    verification = report["result"]["verification"]
+    if verification is None:
+        return None
+    error, low, high = (_percent(value) for value in verification["error"])
+    return f"verified error {error} % ({low} to {high})" if float(error) else f"verified error below {high} %"
+
+
+def _percent(share: float) -> str:
+    """Two digits, and no more than two places: the interval is no better known."""
+    percent = 100.0 * share
+    return f"{percent:.0f}" if percent >= 10.0 else f"{percent:.1f}" if percent >= 0.095 else f"{percent:.2f}"
+
+
 def assemble(settings: Settings, solver_report: str, timings: Timings, warnings: list[str]) -> dict[str, Any]:
     """Join what the solver reports (JSON) with what was measured and noticed around it."""
     solver = json.loads(solver_report)

@@ -94,6 +94,7 @@ class ANTUMBRA_PT_limits(_RenderPanel, bpy.types.Panel):
         settings = _settings(context)
         column.prop(settings, "time_limit")
         column.prop(settings, "triangle_budget")
+        column.prop(settings, "verify_points")
 
 
 CLASSES = (ANTUMBRA_PT_bake, ANTUMBRA_PT_attributes, ANTUMBRA_PT_mesh, ANTUMBRA_PT_limits)

@@ -15,6 +15,8 @@ pub enum Stage {
     Shooting,
     /// Anchoring the mesh and collecting its colours.
     Welding,
+    /// Comparing the result with light along random paths.
+    Verifying,
     /// The result is ready.
     Done,
 }
@@ -26,6 +28,7 @@ impl Stage {
             Self::Preparing => "preparing",
             Self::Shooting => "shooting light",
             Self::Welding => "welding",
+            Self::Verifying => "verifying",
             Self::Done => "done",
         }
     }

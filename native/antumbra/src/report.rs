@@ -49,6 +49,9 @@ pub struct Iteration {
     pub vertices: usize,
     /// Share of the emitted light that has not been distributed yet.
     pub unshot: f64,
+    /// Verified error of what would be shown now, and its 95 % interval, as in [`Verification`]; `None` where the mesh and
+    /// its light had not changed, and where nothing was verified.
+    pub error: Option<[f64; 3]>,
 }
 
 /// Counts of the output.
@@ -69,6 +72,8 @@ pub struct ResultSummary {
     pub transport: TransportSummary,
     /// How visibility was found.
     pub visibility: VisibilitySummary,
+    /// What the result differs from light along random paths by; `None` where that was not wanted, and in the dark.
+    pub verification: Option<Verification>,
 }
 
 /// Discontinuity lines of the methods ADM and DM.
@@ -93,6 +98,30 @@ pub struct TransportSummary {
     pub iterations: usize,
     /// |absorbed - emitted| / emitted of the exchange, where no light can escape.
     pub imbalance: Option<f64>,
+}
+
+/// The result compared with light along random paths, at random points of the baked surfaces. Everything is about the light
+/// that is shown, without what surfaces emit themselves, and relative to its mean over the points and channels.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Verification {
+    /// Points that were looked at.
+    pub points: usize,
+    /// Paths of each of the two estimates at a point.
+    pub paths: usize,
+    /// Rays of all of them.
+    pub rays: u64,
+    /// Wall-clock seconds.
+    pub time_s: f64,
+    /// Rms error, and the ends of its 95 % interval.
+    pub error: [f64; 3],
+    /// Mean error, positive where too much is shown, and the ends of its 95 % interval.
+    pub bias: [f64; 3],
+    /// 99 of 100 points differ less from their estimates, whose noise is in it.
+    pub p99: f64,
+    /// Power that arrives on what is baked, less what should, relative to that: like the bias, whatever surfaces reflect.
+    pub energy_defect: f64,
+    /// Rms noise of the mean of a point's estimates.
+    pub noise: f64,
 }
 
 /// How many form factors were computed in which way.

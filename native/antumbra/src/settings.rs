@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::verify::POINTS;
 
 /// How the mesh is refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -67,6 +68,9 @@ pub struct Settings {
     pub quantity: Quantity,
     /// Whether direct and indirect light are also given apart.
     pub separate_layers: bool,
+    /// Random points at which the result is compared with light along random paths, at most; 0 compares nothing. What
+    /// that may take grows with them, and is a tenth of the bake at the default.
+    pub verify_points: u32,
     /// Worker threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
 }
@@ -84,6 +88,7 @@ impl Default for Settings {
             triangle_budget: 0,
             quantity: Quantity::Radiosity,
             separate_layers: false,
+            verify_points: POINTS,
             threads: 0,
         }
     }
@@ -93,6 +98,9 @@ impl Default for Settings {
 /// subdivision chases every fine shadow of a detailed interior with millions of elements; four times this is where
 /// memory and export formats start to hurt. Simple scenes stay far below.
 const AUTOMATIC_LIMIT: usize = 100_000;
+
+/// More points than this tell nothing more, and their light fills the memory.
+const MOST_POINTS: u32 = 1_000_000;
 
 impl Settings {
     /// The most triangles that refinement may make of so many.
@@ -121,6 +129,9 @@ impl Settings {
         }
         if !(self.time_limit >= 0.0 && self.time_limit.is_finite()) {
             return refuse("time_limit", self.time_limit, "must be 0 (none) or a number of seconds");
+        }
+        if self.verify_points > MOST_POINTS {
+            return refuse("verify_points", f64::from(self.verify_points), "must be at most 1000000");
         }
         Ok(())
     }

@@ -30,6 +30,7 @@ use crate::transport::looking::{Looking, patches_that_look_around};
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::sources::{Emitters, blocking_polygons};
+use crate::verify::{Baked, Verifier};
 use crate::visibility::blockers::Blockers;
 use crate::weld::{Bake, weld};
 
@@ -102,12 +103,27 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         transport_mode,
         transport: TransportSummary::default(),
         iterations: Vec::new(),
+        verifier: Verifier::new(&world, settings.verify_points),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
     let meshes = weld(input, &world, &display, &display.layers(indirect_scale), settings);
     monitor.check()?;
+    let verification = match solver.verifier.take() {
+        Some(verifier) => {
+            monitor.report(Progress { stage: Stage::Verifying, ..monitor.progress() });
+            let baked = Baked {
+                meshes: &meshes,
+                shown: &solver.shown,
+                emission_is_shown: settings.quantity == Quantity::Radiosity,
+                tolerance: settings.tolerance,
+                work: form_factors.counts().iter().sum::<u64>() + solver.transport.links as u64,
+            };
+            verifier.verify(&blockers, &baked, &mut solver.iterations, monitor)?
+        }
+        None => None,
+    };
     let result = ResultSummary {
         triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
         vertices: meshes.iter().map(|mesh| mesh.positions.len()).sum(),
@@ -116,6 +132,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
         transport: solver.transport.clone(),
         visibility: VisibilitySummary::from(form_factors.counts()),
+        verification,
     };
     let mut report = Report {
         scene: SceneSummary {
@@ -167,6 +184,8 @@ struct Solver<'a> {
     transport_mode: Transport,
     transport: TransportSummary,
     iterations: Vec<Iteration>,
+    /// Where it is wanted.
+    verifier: Option<Verifier<'a>>,
 }
 
 impl<'a> Solver<'a> {
@@ -189,6 +208,7 @@ impl<'a> Solver<'a> {
         let mut display = Display::new(mesh, known, &gather)?;
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
         self.record(&display, &exchange);
+        self.watch(&display, &exchange);
 
         // Refine the mesh for their light
         if self.settings.method != Method::Uniform {
@@ -207,6 +227,9 @@ impl<'a> Solver<'a> {
             // What is kept for the patches' light is not out of budget.
             self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
         }
+
+        self.record(&display, &exchange);
+        self.watch(&display, &exchange);
 
         // Patches exchange what they reflect
         match &mut exchange {
@@ -238,6 +261,8 @@ impl<'a> Solver<'a> {
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
+        self.record(&display, &exchange);
+        self.watch(&display, &exchange);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
@@ -252,6 +277,7 @@ impl<'a> Solver<'a> {
             display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
         }
         self.record(&display, &exchange);
+        self.watch(&display, &exchange);
         self.transport = exchange.summary();
         Ok((display, exchange.closing_factor(), exchange.remaining()))
     }
@@ -440,6 +466,13 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Remembers what would be shown now, to be verified at the end.
+    fn watch(&mut self, display: &Display, exchange: &Solution) {
+        if let Some(verifier) = &mut self.verifier {
+            verifier.watch(display, exchange.closing_factor(), self.iterations.len());
+        }
+    }
+
     fn record(&mut self, display: &Display, exchange: &Solution) {
         self.record_at(display, exchange.remaining(), exchange.shots());
     }
@@ -452,6 +485,7 @@ impl<'a> Solver<'a> {
             elements,
             vertices,
             unshot,
+            error: None,
         };
         // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
         // what is still to come may rise; a progress bar must not fall.
