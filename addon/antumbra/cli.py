@@ -29,6 +29,7 @@ from .bridge.surroundings import scene_of
 from .core.bake import Progress
 from .core.errors import BakeError, InputError, SettingError, SolverBugError
 from .core.report import verified_error
+from .core.report_page import curve_csv, page
 from .core.settings import Settings, parse_assignments
 
 COMMAND = "antumbra"
@@ -45,6 +46,8 @@ class Arguments:
 
     output: Path
     report: Path | None
+    report_page: Path | None
+    report_csv: Path | None
     glb: Path | None
     assignments: tuple[str, ...]
     progress: str
@@ -71,7 +74,8 @@ def run(argv: Sequence[str]) -> int:
 
 def _bake(arguments: Arguments) -> dict[str, Any]:
     settings = _settings(arguments.assignments)
-    for path in (arguments.output, arguments.report, arguments.glb):
+    files = (arguments.output, arguments.report, arguments.report_page, arguments.report_csv, arguments.glb)
+    for path in files:
         if path is not None and not path.parent.is_dir():
             raise InputError(f"the folder {path.parent} does not exist")
 
@@ -86,6 +90,10 @@ def _bake(arguments: Arguments) -> dict[str, Any]:
     bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output), copy=True, check_existing=False)
     if arguments.report is not None:
         arguments.report.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    if arguments.report_page is not None:
+        arguments.report_page.write_text(page(report), encoding="utf-8")
+    if arguments.report_csv is not None:
+        arguments.report_csv.write_text(curve_csv(report), encoding="utf-8")
     if arguments.glb is not None:
         export_glb(scene_of(bpy.context), arguments.glb)
     return report
@@ -119,6 +127,12 @@ def _parse(argv: Sequence[str]) -> Arguments:
     )
     parser.add_argument("--output", type=Path, help="baked .blend; FILE-baked.blend beside FILE when not given")
     parser.add_argument("--report", type=Path, help="report of the bake as JSON")
+    parser.add_argument(
+        "--report-page", type=Path, help="the report with plots, as an HTML page that needs nothing else"
+    )
+    parser.add_argument(
+        "--report-csv", type=Path, help="the course of the bake as CSV: time, error, elements, unshot light"
+    )
     parser.add_argument("--glb", type=Path, help="baked objects as glTF, colours fitted to 0..1")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of this bake")
     parser.add_argument("--progress", choices=("bar", "json", "none"), default="bar")
@@ -127,6 +141,8 @@ def _parse(argv: Sequence[str]) -> Arguments:
     return Arguments(
         output=(given.output or scene_path.with_name(f"{scene_path.stem}-baked.blend")).absolute(),
         report=given.report.absolute() if given.report else None,
+        report_page=given.report_page.absolute() if given.report_page else None,
+        report_csv=given.report_csv.absolute() if given.report_csv else None,
         glb=given.glb.absolute() if given.glb else None,
         assignments=tuple(given.set),
         progress=given.progress,

@@ -44,6 +44,7 @@ class _Running:
 
 _running: _Running | None = None
 last_outcome: Outcome | None = None
+last_report: dict[str, Any] | None = None
 
 
 def is_running() -> bool:

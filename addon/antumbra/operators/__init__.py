@@ -7,12 +7,14 @@ import bpy
 
 from .bake import ANTUMBRA_OT_bake, ANTUMBRA_OT_cancel_bake, ANTUMBRA_OT_finish_bake, ANTUMBRA_OT_stop_bake
 from .remove_bake import ANTUMBRA_OT_remove_bake
+from .show_report import ANTUMBRA_OT_show_report
 
 __all__ = [
     "ANTUMBRA_OT_bake",
     "ANTUMBRA_OT_cancel_bake",
     "ANTUMBRA_OT_finish_bake",
     "ANTUMBRA_OT_remove_bake",
+    "ANTUMBRA_OT_show_report",
     "ANTUMBRA_OT_stop_bake",
 ]
 
@@ -22,6 +24,7 @@ CLASSES = (
     ANTUMBRA_OT_stop_bake,
     ANTUMBRA_OT_cancel_bake,
     ANTUMBRA_OT_remove_bake,
+    ANTUMBRA_OT_show_report,
 )
 
 

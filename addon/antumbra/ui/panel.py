@@ -11,7 +11,7 @@ import bpy
 from ..bridge import running
 from ..bridge.properties import state_of
 from ..bridge.surroundings import scene_of
-from ..operators import ANTUMBRA_OT_bake, ANTUMBRA_OT_remove_bake
+from ..operators import ANTUMBRA_OT_bake, ANTUMBRA_OT_remove_bake, ANTUMBRA_OT_show_report
 from .status_bar import draw_progress
 
 # Average width of a letter of Blender's interface font at scale 1, in pixels; a little large, so nothing is cut off.
@@ -39,6 +39,8 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         else:
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
+            if running.last_report is not None:
+                layout.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
         column = _property_column(layout)
         column.prop(settings, "receivers")
         column.prop(settings, "output")
