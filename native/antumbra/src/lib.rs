@@ -20,6 +20,7 @@ mod index;
 mod lamps;
 mod mesh;
 pub mod monitor;
+mod plan;
 pub mod report;
 pub mod scene;
 pub mod settings;

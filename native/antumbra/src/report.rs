@@ -72,6 +72,8 @@ pub struct ResultSummary {
     pub transport: TransportSummary,
     /// How visibility was found.
     pub visibility: VisibilitySummary,
+    /// What the scene did not need, and was left out.
+    pub plan: Vec<LeftOut>,
     /// What the result differs from light along random paths by; `None` where that was not wanted, and in the dark.
     pub verification: Option<Verification>,
 }
@@ -124,6 +126,33 @@ pub struct Verification {
     pub noise: f64,
 }
 
+/// Something that was not done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Of the switch in [`crate::settings::Anyway`].
+    pub name: &'static str,
+    /// What was not done.
+    pub what: &'static str,
+    /// Why it was not needed.
+    pub reason: String,
+    /// What that does to the result.
+    pub kind: Kind,
+    /// What it may add to the rms error, at most, in wanted errors.
+    pub bound: f64,
+    /// What it would have been.
+    pub saved: String,
+}
+
+/// What leaving something out does to the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Nothing.
+    Exact,
+    /// It adds an error within a bound.
+    Bounded,
+}
+
 /// How many form factors were computed in which way.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct VisibilitySummary {
@@ -133,10 +162,12 @@ pub struct VisibilitySummary {
     pub sampled: u64,
     /// Shadow rays in all.
     pub rays: u64,
+    /// Of those found exactly, how many had nothing before their source.
+    pub open: u64,
 }
 
-impl From<[u64; 3]> for VisibilitySummary {
-    fn from([exact, sampled, rays]: [u64; 3]) -> Self {
-        Self { exact, sampled, rays }
+impl From<[u64; 4]> for VisibilitySummary {
+    fn from([exact, sampled, rays, open]: [u64; 4]) -> Self {
+        Self { exact, sampled, rays, open }
     }
 }

@@ -44,6 +44,17 @@ pub enum Quantity {
     Irradiance,
 }
 
+/// What is done although a scene does not need it: for tests, which compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Anyway {
+    /// Surfaces exchange light even where none of them reflects any to another.
+    pub reflection: bool,
+    /// What is visible of a source is looked for among all that blocks, wherever it stands.
+    pub open_visibility: bool,
+    /// What lies at the outside of everything is tested for hiding a source.
+    pub outer_faces: bool,
+}
+
 /// Settings of one bake.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
@@ -71,6 +82,8 @@ pub struct Settings {
     /// Random points at which the result is compared with light along random paths, at most; 0 compares nothing. What
     /// that may take grows with them, and is a tenth of the bake at the default.
     pub verify_points: u32,
+    /// What is not left out.
+    pub anyway: Anyway,
     /// Worker threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
 }
@@ -89,6 +102,7 @@ impl Default for Settings {
             quantity: Quantity::Radiosity,
             separate_layers: false,
             verify_points: POINTS,
+            anyway: Anyway::default(),
             threads: 0,
         }
     }

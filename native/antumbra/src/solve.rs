@@ -16,6 +16,7 @@ use crate::lamps::Lamp;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
+use crate::plan::Plan;
 use crate::report::{
     Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, TransportSummary, VisibilitySummary,
 };
@@ -85,7 +86,12 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if emitters.lights == 0 {
         return Err(Error::NoLight);
     }
-    let blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
+    let mut blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
+    let plan = Plan::new(&world, &emitters, blockers.polygons(), settings.anyway);
+    blockers.hide_nothing(plan.hide_nothing());
+    if settings.anyway.open_visibility {
+        blockers.take_everything();
+    }
     let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
     let mut solver = Solver {
@@ -100,6 +106,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         triangle_limit: 0,
         out_of_budget: false,
         cutting: Cutting::default(),
+        plan,
         transport_mode,
         transport: TransportSummary::default(),
         iterations: Vec::new(),
@@ -118,12 +125,13 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
                 shown: &solver.shown,
                 emission_is_shown: settings.quantity == Quantity::Radiosity,
                 tolerance: settings.tolerance,
-                work: form_factors.counts().iter().sum::<u64>() + solver.transport.links as u64,
+                work: form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64,
             };
             verifier.verify(&blockers, &baked, &mut solver.iterations, monitor)?
         }
         None => None,
     };
+    let visibility = VisibilitySummary::from(form_factors.counts());
     let result = ResultSummary {
         triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
         vertices: meshes.iter().map(|mesh| mesh.positions.len()).sum(),
@@ -131,7 +139,8 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         unshot,
         lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
         transport: solver.transport.clone(),
-        visibility: VisibilitySummary::from(form_factors.counts()),
+        plan: solver.plan.left_out(&visibility),
+        visibility,
         verification,
     };
     let mut report = Report {
@@ -180,6 +189,7 @@ struct Solver<'a> {
     triangle_limit: usize,
     out_of_budget: bool,
     cutting: Cutting,
+    plan: Plan,
     /// Never left to the solver.
     transport_mode: Transport,
     transport: TransportSummary,
@@ -230,6 +240,11 @@ impl<'a> Solver<'a> {
 
         self.record(&display, &exchange);
         self.watch(&display, &exchange);
+
+        if !self.plan.exchanges() {
+            self.transport = exchange.summary();
+            return Ok((display, DVec3::ONE, 0.0));
+        }
 
         // Patches exchange what they reflect
         match &mut exchange {

@@ -25,6 +25,10 @@ pub(crate) struct Blockers {
     panels: Vec<Panel>,
     /// Size of the scene, for the length of rays.
     diagonal: f64,
+    /// Per polygon: whether nothing is behind it that could be hidden.
+    hides_nothing: Vec<bool>,
+    /// Whether everything counts as standing between all things.
+    everywhere: bool,
 }
 
 /// Share of the way between two surfaces that a ray leaves out at each end: far above the rounding of the points and of
@@ -49,8 +53,17 @@ impl Blockers {
     /// Builds the tree. Polygons keep their indices.
     pub(crate) fn new(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
         if polygons.is_empty() {
-            return Self { polygons, large: Vec::new(), tree: None, panels: Vec::new(), diagonal };
+            return Self {
+                polygons,
+                large: Vec::new(),
+                tree: None,
+                panels: Vec::new(),
+                diagonal,
+                hides_nothing: Vec::new(),
+                everywhere: false,
+            };
         }
+        let hides_nothing = vec![false; polygons.len()];
         let mut boxes: Vec<Aabb> = polygons.iter().map(grown_box).collect();
         // obvhs 0.4.0 gives a primitive centred on the maximum bound the Morton code 0, far from its neighbours, and
         // closed axis-aligned rooms are full of those; two specks outside the bounds keep everything off the bound.
@@ -65,7 +78,22 @@ impl Blockers {
                 polygons.get(index as usize).map_or_else(Panel::nowhere, |polygon| Panel::new(index, polygon))
             })
             .collect();
-        Self { polygons, large, tree: Some(tree), panels, diagonal }
+        Self { polygons, large, tree: Some(tree), panels, diagonal, hides_nothing, everywhere: false }
+    }
+
+    /// Whether everything is taken for a candidate, wherever it stands.
+    pub(crate) fn takes_everything(&self) -> bool {
+        self.everywhere
+    }
+
+    /// Tells which polygons hide nothing from anything.
+    pub(crate) fn hide_nothing(&mut self, polygons: Vec<bool>) {
+        self.hides_nothing = polygons;
+    }
+
+    /// Takes everything for a candidate, wherever it stands.
+    pub(crate) fn take_everything(&mut self) {
+        self.everywhere = true;
     }
 
     /// Size of the scene, metres.
@@ -93,10 +121,28 @@ impl Blockers {
         limit: usize,
         found: &mut Vec<u32>,
     ) -> Result<(), TooMany> {
+        self.collect(shaft, limit, |_| true, found)
+    }
+
+    /// The same, without those that hide nothing from anything.
+    ///
+    /// # Errors
+    /// [`TooMany`] as soon as there are more than `limit`.
+    pub(crate) fn hiding(&self, shaft: &Shaft, limit: usize, found: &mut Vec<u32>) -> Result<(), TooMany> {
+        self.collect(shaft, limit, |index| !self.hides_nothing[index as usize], found)
+    }
+
+    fn collect(
+        &self,
+        shaft: &Shaft,
+        limit: usize,
+        wanted: impl Fn(u32) -> bool,
+        found: &mut Vec<u32>,
+    ) -> Result<(), TooMany> {
         found.clear();
-        let in_shaft = |low, high| shaft.may_touch_box(low, high);
+        let in_shaft = |low, high| self.everywhere || shaft.may_touch_box(low, high);
         let outcome = self.visit(in_shaft, |index, polygon| {
-            if shaft.may_block(polygon) {
+            if self.everywhere || (wanted(index) && shaft.may_block(polygon)) {
                 if found.len() == limit {
                     return ControlFlow::Break(());
                 }
@@ -115,8 +161,12 @@ impl Blockers {
     /// Whether what is asked holds for any of the polygons that may lie inside a shaft.
     pub(crate) fn any(&self, shaft: &Shaft, asked: impl Fn(&ConvexPolygon) -> bool) -> bool {
         let in_shaft = |low, high| shaft.may_touch_box(low, high);
-        let outcome = self.visit(in_shaft, |_, polygon| {
-            if asked(polygon) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        let outcome = self.visit(in_shaft, |index, polygon| {
+            if !self.hides_nothing[index as usize] && asked(polygon) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         });
         outcome.is_break()
     }
