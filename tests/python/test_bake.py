@@ -67,6 +67,7 @@ def test_report_has_the_fields_of_version_1():
         ([0.00912, 0.0071, 0.0113], "verified error 0.9 % (0.7 to 1.1)"),
         ([0.1234, 0.101, 0.152], "verified error 12 % (10 to 15)"),
         ([0.0002, 0.0, 0.0007], "verified error 0.02 % (0.00 to 0.07)"),
+        ([0.0078, 0.0, 0.0158], "verified error 0.8 % (0.0 to 1.6)"),
         ([0.0, 0.0, 0.012], "verified error below 1.2 %"),
         (None, None),
     ],

@@ -65,7 +65,9 @@ def test_a_plot_keeps_its_values_in_order_and_inside():
         assert 0.0 <= y <= height
 
 
-@pytest.mark.parametrize(("ys", "labels"), [([1.0, 1.0], ["1", "2"]), ([3e-7, 4e3], ["1e-06", "1000"])])
+@pytest.mark.parametrize(
+    ("ys", "labels"), [([1.0, 1.0], ["1", "2"]), ([3e-7, 4e3], ["1e-06", "1000"]), ([0.5, 0.0], ["0.5", "0"])]
+)
 def test_a_plots_axis_holds_round_values(ys, labels):
     root = ElementTree.fromstring(plot([Line("flat", [0.0, 1.0], ys)], SECONDS, SHARE))
     texts = [text.text for text in root.iter("text")]

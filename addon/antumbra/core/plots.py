@@ -34,11 +34,14 @@ class Axis:
 
 
 def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
-    """An SVG of lines over a linear x axis from 0 and a logarithmic y axis, at whose foot sits what is not above 0."""
+    """An SVG of lines over a linear x axis from 0 and a logarithmic y axis, whose foot is 0 where something is."""
     shown = [y for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends)) if y > 0.0]
     if not shown:
         return "<p>Nothing to plot.</p>"
     low, high = _decades(shown)
+    has_zero = any(y <= 0.0 for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends)))
+    if has_zero:
+        low /= 10.0
     right = max((x for line in lines for x in line.xs), default=0.0) or 1.0
 
     def place(x: float, y: float) -> tuple[float, float]:
@@ -49,7 +52,8 @@ def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
     for value in _ticks(low, high):
         _, y = place(0.0, value)
         parts.append(f'<line class="grid" x1="{_LEFT}" x2="{WIDTH - _RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{escape(y_axis.text(value))}</text>')
+        written = y_axis.text(0.0 if has_zero and value < 1.5 * low else value)
+        parts.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{escape(written)}</text>')
     for value in _round_steps(right):
         x, _ = place(value, low)
         parts.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="{_TOP}" y2="{HEIGHT - _BOTTOM}"/>')

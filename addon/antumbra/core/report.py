@@ -27,14 +27,11 @@ def verified_error(report: dict[str, Any]) -> str | None:
     verification = report["result"]["verification"]
     if verification is None:
         return None
-    error, low, high = (_percent(value) for value in verification["error"])
+    # No more places than the interval's end is worth
+    most = verification["error"][2]
+    places = 0 if most >= 0.1 else 1 if most >= 0.002 else 2
+    error, low, high = (f"{100.0 * share:.{places}f}" for share in verification["error"])
     return f"verified error {error} % ({low} to {high})" if float(error) else f"verified error below {high} %"
-
-
-def _percent(share: float) -> str:
-    """Two digits, and no more than two places: the interval is no better known."""
-    percent = 100.0 * share
-    return f"{percent:.0f}" if percent >= 10.0 else f"{percent:.1f}" if percent >= 0.095 else f"{percent:.2f}"
 
 
 def assemble(settings: Settings, solver_report: str, timings: Timings, warnings: list[str]) -> dict[str, Any]:
