@@ -16,8 +16,8 @@ import sys
 import time
 from pathlib import Path
 
+import bpy  # isort: skip  bmesh is part of it
 import bmesh
-import bpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -30,10 +30,19 @@ SHARP_RAD = 1e-3
 """Faces that meet at more than this have a light each: far above the rounding of normals of one plane."""
 
 
+def is_flat(face: bmesh.types.BMFace) -> bool:
+    """Whether all corners lie in one plane, within the rounding of single precision."""
+    ways = [vertex.co - face.verts[0].co for vertex in face.verts]
+    return bool(max(abs(way.dot(face.normal)) for way in ways) <= 1e-6 * max(way.length for way in ways))
+
+
 def cut(receiver: bpy.types.Object, longest_m: float) -> None:
     """Halve all edges until none is longer, and part the mesh at sharp edges. Objects are not scaled here."""
     mesh = bmesh.new()
     mesh.from_mesh(receiver.data)
+    # A face that is not flat is two triangles, for the reference and for the solver too.
+    bent = [face for face in mesh.faces if not is_flat(face)]
+    bmesh.ops.triangulate(mesh, faces=bent, quad_method="FIXED")
     while max(edge.calc_length() for edge in mesh.edges) > longest_m:
         bmesh.ops.subdivide_edges(mesh, edges=mesh.edges[:], cuts=1, use_grid_fill=True)
     sharp = [edge for edge in mesh.edges if len(edge.link_faces) == 2 and edge.calc_face_angle() > SHARP_RAD]
