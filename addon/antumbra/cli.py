@@ -1,38 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake as a command: `blender -b FILE.blend -c antumbra [options]`.
+"""The bake as a command: `blender -b FILE.blend -c antumbra [options]`, or of several files, one after the other.
 
-With the bpy module, which has no `-c`, open the file and call `run(argv)`. Both return the exit code: 0 only when a
-bake was written, 2 for bad arguments or input, 1 when Antumbra itself failed; what is not 0 has one line on stderr.
+With the bpy module, which has no `-c`, open the file and call `run(argv)`. Both return the exit code: 0 only when all
+bakes were written, 2 for bad arguments or input, 1 when Antumbra itself failed; what is not 0 has one line on stderr
+for each file that was not baked.
 
 Progress goes to stdout, as `bar` in lines like `antumbra:  42 % shooting light, 1,234 elements`, as `json` in one
-object a line: {"stage", "fraction", "shots", "elements", "unshot"}.
+object a line: {"file", "stage", "fraction", "shots", "elements", "unshot"}, and for each file at its end {"file",
+"stage", "fraction", "triangles", "seconds", "warnings", "output"} or {"file", "stage", "error"}.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import time
+import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import bpy
 
-from .bridge.gltf import export_glb
+from .bridge.gltf import export_glb, export_saved_glb
 from .bridge.host import new_bake
 from .bridge.properties import settings_of
 from .bridge.scene_read import selected_uids
 from .bridge.surroundings import scene_of
+from .core.arguments import COMMAND, Arguments, Target, parse
 from .core.bake import Progress
-from .core.errors import BakeError, InputError, SettingError, SolverBugError
+from .core.errors import BakeError, InputError, SolverBugError
 from .core.report import verified_error
 from .core.report_page import curve_csv, page
 from .core.settings import Settings, parse_assignments
-
-COMMAND = "antumbra"
 
 # Progress lines go to a log or another program: this many a second is enough to look alive.
 _LINES_PER_S = 4.0
@@ -40,62 +40,68 @@ _LINES_PER_S = 4.0
 _handle: Any = None
 
 
-@dataclass(frozen=True, slots=True)
-class Arguments:
-    """The command line, checked."""
-
-    output: Path
-    report: Path | None
-    report_page: Path | None
-    report_csv: Path | None
-    glb: Path | None
-    assignments: tuple[str, ...]
-    progress: str
-
-
 def run(argv: Sequence[str]) -> int:
-    """Bake the open file; returns the exit code."""
+    """Bake the open file, or the files that are given; returns the exit code."""
     try:
-        # A missing FILE makes Blender run the command on its startup scene.
-        if not bpy.data.filepath:
-            raise InputError("there is no scene: the .blend file was not given or could not be opened")
-        arguments = _parse(argv)
-        report = _bake(arguments)
-    except SolverBugError as error:
-        return _fail(1, str(error))
-    except (BakeError, OSError) as error:
+        opened = Path(bpy.data.filepath) if bpy.data.filepath else None
+        arguments = parse(argv, opened)
+        parse_assignments(arguments.assignments)
+    except BakeError as error:
         return _fail(2, str(error))
     except SystemExit as end:
         # argparse has printed its help.
         return 0 if end.code is None else int(end.code)
-    _print_summary(report, arguments)
+    codes = [_bake_file(target, arguments, opened) for target in arguments.targets]
+    # A bug of ours matters more than a bad file.
+    return min((code for code in codes if code), default=0)
+
+
+def _bake_file(target: Target, arguments: Arguments, opened: Path | None) -> int:
+    """Bake one file and say how it went; returns its exit code."""
+    try:
+        if target.file != opened or len(arguments.targets) > 1:
+            _open(target.file)
+        report = _bake(target, arguments)
+    except SolverBugError as error:
+        return _fail(1, str(error), target, arguments)
+    except (BakeError, OSError) as error:
+        return _fail(2, str(error), target, arguments)
+    except Exception as error:  # noqa: BLE001  The files after this one are baked all the same.
+        traceback.print_exc()
+        return _fail(1, f"{type(error).__name__}: {error}", target, arguments)
+    _tell(report, target, arguments)
     return 0
 
 
-def _bake(arguments: Arguments) -> dict[str, Any]:
+def _open(file: Path) -> None:
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(file), load_ui=False)
+    except RuntimeError as error:
+        raise InputError(f"{file} could not be opened: {str(error).strip().splitlines()[-1]}") from None
+
+
+def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
     settings = _settings(arguments.assignments)
-    files = (arguments.output, arguments.report, arguments.report_page, arguments.report_csv, arguments.glb)
-    for path in files:
-        if path is not None and not path.parent.is_dir():
-            raise InputError(f"the folder {path.parent} does not exist")
 
     # Bake
     bake = new_bake(settings)
     bake.begin()
-    watch = _watcher(arguments.progress)
-    bake.wait(watch)
+    bake.wait(_watcher(arguments.progress, target))
     report = bake.finish()
 
     # Write the files
-    bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output), copy=True, check_existing=False)
-    if arguments.report is not None:
-        arguments.report.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-    if arguments.report_page is not None:
-        arguments.report_page.write_text(page(report), encoding="utf-8")
-    if arguments.report_csv is not None:
-        arguments.report_csv.write_text(curve_csv(report), encoding="utf-8")
-    if arguments.glb is not None:
-        export_glb(scene_of(bpy.context), arguments.glb)
+    bpy.ops.wm.save_as_mainfile(filepath=str(target.output), copy=True, check_existing=False)
+    if target.report is not None:
+        target.report.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    if target.report_page is not None:
+        target.report_page.write_text(page(report), encoding="utf-8")
+    if target.report_csv is not None:
+        target.report_csv.write_text(curve_csv(report), encoding="utf-8")
+    if target.glb is not None:
+        if bpy.context.window is None and bpy.app.binary_path:
+            export_saved_glb(target.output, target.glb)
+        else:
+            export_glb(scene_of(bpy.context), target.glb)
     return report
 
 
@@ -113,46 +119,9 @@ def _settings(assignments: tuple[str, ...]) -> Settings:
     return settings
 
 
-class _Parser(argparse.ArgumentParser):
-    """Bad arguments earn one line, not the whole usage."""
-
-    def error(self, message: str) -> NoReturn:
-        raise SettingError(message)
-
-
-def _parse(argv: Sequence[str]) -> Arguments:
-    parser = _Parser(
-        prog=f"blender --background FILE.blend --command {COMMAND}",
-        description="Bake radiosity into vertex colours: the selected objects, or all when none is selected.",
-    )
-    parser.add_argument("--output", type=Path, help="baked .blend; FILE-baked.blend beside FILE when not given")
-    parser.add_argument("--report", type=Path, help="report of the bake as JSON")
-    parser.add_argument(
-        "--report-page", type=Path, help="the report with plots, as an HTML page that needs nothing else"
-    )
-    parser.add_argument(
-        "--report-csv", type=Path, help="the course of the bake as CSV: time, error, elements, unshot light"
-    )
-    parser.add_argument("--glb", type=Path, help="baked objects as glTF, colours fitted to 0..1")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of this bake")
-    parser.add_argument("--progress", choices=("bar", "json", "none"), default="bar")
-    given = parser.parse_args(list(argv))
-    scene_path = Path(bpy.data.filepath)
-    return Arguments(
-        output=(given.output or scene_path.with_name(f"{scene_path.stem}-baked.blend")).absolute(),
-        report=given.report.absolute() if given.report else None,
-        report_page=given.report_page.absolute() if given.report_page else None,
-        report_csv=given.report_csv.absolute() if given.report_csv else None,
-        glb=given.glb.absolute() if given.glb else None,
-        assignments=tuple(given.set),
-        progress=given.progress,
-    )
-
-
-def _watcher(kind: str) -> Callable[[Progress], None] | None:
+def _watcher(kind: str, target: Target) -> Callable[[Progress], None] | None:
     if kind == "none":
         return None
-    show = _show_json if kind == "json" else _show_lines
     next_time = 0.0
 
     def watch(progress: Progress) -> None:
@@ -160,41 +129,64 @@ def _watcher(kind: str) -> Callable[[Progress], None] | None:
         now = time.monotonic()
         if now >= next_time:
             next_time = now + 1.0 / _LINES_PER_S
-            show(progress)
+            if kind == "json":
+                _show_json(progress, target)
+            else:
+                _show_line(progress)
 
     return watch
 
 
-def _show_json(progress: Progress) -> None:
-    line = {
-        "stage": progress.stage,
-        "fraction": progress.fraction,
-        "shots": progress.shots,
-        "elements": progress.elements,
-        "unshot": progress.unshot,
-    }
-    print(json.dumps(line), flush=True)
+def _show_json(progress: Progress, target: Target) -> None:
+    _print_json(
+        file=str(target.file),
+        stage=progress.stage,
+        fraction=progress.fraction,
+        shots=progress.shots,
+        elements=progress.elements,
+        unshot=progress.unshot,
+    )
 
 
-def _show_lines(progress: Progress) -> None:
+def _show_line(progress: Progress) -> None:
     text = f"{COMMAND}: {progress.fraction * 100:3.0f} % {progress.stage}, {progress.elements:,} elements"
     # In a terminal each line is drawn over the one before.
     print(f"{text:<72}", end="\r" if sys.stdout.isatty() else "\n", flush=True)
 
 
-def _print_summary(report: dict[str, Any], arguments: Arguments) -> None:
+def _tell(report: dict[str, Any], target: Target, arguments: Arguments) -> None:
     result, timings = report["result"], report["timings"]
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
     for warning in report["warnings"]:
         print(f"{COMMAND}: warning: {warning}", file=sys.stderr)
-    error = verified_error(report)
-    of = f", {error}" if error else ""
-    print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s{of} -> {arguments.output}", flush=True)
+    if arguments.progress == "json":
+        _print_json(
+            file=str(target.file),
+            stage="written",
+            fraction=1.0,
+            triangles=result["triangles"],
+            seconds=round(seconds, 3),
+            warnings=report["warnings"],
+            output=str(target.output),
+        )
+    else:
+        error = verified_error(report)
+        of = f", {error}" if error else ""
+        print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s{of} -> {target.output}", flush=True)
 
 
-def _fail(code: int, message: str) -> int:
+def _fail(code: int, message: str, target: Target | None = None, arguments: Arguments | None = None) -> int:
+    if target is not None and arguments is not None:
+        if arguments.progress == "json":
+            _print_json(file=str(target.file), stage="failed", error=message)
+        if len(arguments.targets) > 1 and str(target.file) not in message:
+            message = f"{target.file}: {message}"
     print(f"{COMMAND}: {message}", file=sys.stderr, flush=True)
     return code
+
+
+def _print_json(**values: Any) -> None:
+    print(json.dumps(values), flush=True)
 
 
 def register() -> None:

@@ -77,11 +77,16 @@ class Scene:
 
     def __new__(cls) -> Scene: ...
     def add_material(
-        self, name: str, reflectance: Sequence[float], exitance: Sequence[float], *, blocks: bool = True
+        self,
+        name: str,
+        reflectance: Sequence[float],
+        exitance: Sequence[float],
+        *,
+        transmittance: Sequence[float] = ...,
     ) -> int:
         """Add a diffuse material, its exitance on both sides, and return its index.
 
-        What does not block is lit, shown and emits, but all light goes on behind it, and it reflects none to others.
+        transmittance is the share of light that goes on straight behind it; it reflects at most the rest to others.
         """
 
     def add_object(
@@ -111,11 +116,16 @@ class Scene:
         exitance: Sequence[float],
         spread: float = ...,
         casts_shadows: bool = True,
+        *,
+        lit_objects: Sequence[int] | None = None,
+        blocking_objects: Sequence[int] | None = None,
     ) -> None:
         """Add a flat light that does not block.
 
         outline (K, 3) is convex, in world space, and counter-clockwise seen from the one side that is lit. spread is
         the full angle, in radians, that its light is kept to; pi, the default, keeps it to its side.
+        lit_objects are the indices of the objects that it lights, blocking_objects of those that block its light, each
+        None for all; so for all lights.
         """
 
     def add_sun(
@@ -125,6 +135,9 @@ class Scene:
         angle: float,
         irradiance: Sequence[float],
         casts_shadows: bool = True,
+        *,
+        lit_objects: Sequence[int] | None = None,
+        blocking_objects: Sequence[int] | None = None,
     ) -> None:
         """Add a sun.
 
@@ -140,6 +153,9 @@ class Scene:
         faces_receiver: bool = True,
         casts_shadows: bool = True,
         cone: tuple[_Floats, float, float] | None = None,
+        *,
+        lit_objects: Sequence[int] | None = None,
+        blocking_objects: Sequence[int] | None = None,
     ) -> None:
         """Add a light from a point; with a radius, from a disc that faces its receiver, or from a sphere.
 
@@ -192,6 +208,12 @@ class Job:
 
     def stop(self) -> None:
         """Ask the bake to finish with what it has."""
+
+    def preview(self) -> list[BakedMesh] | None:
+        """Return the meshes as they were at a stage of the bake, each only once; None when there is no new one.
+
+        Asking is what makes the solver keep the next one, so that a bake that nobody watches costs nothing.
+        """
 
     def done(self) -> bool:
         """Whether result() would return or raise at once."""
@@ -261,6 +283,12 @@ class BakedMesh:
     @property
     def source_edge(self) -> NDArray[np.int8]:
         """(T, 3) the source triangle's edge that edge k to k+1 lies on, 0 to 2, or -1."""
+    @property
+    def edge_line(self) -> NDArray[np.int8]:
+        """(T, 3) the line that edge k to k+1 lies on.
+
+        0 none, 1 where the slope of light changes, 2 where a sharp shadow ends, 3 where something touches the face.
+        """
     @property
     def corner_radiance(self) -> NDArray[np.float32]:
         """(T, 3, 3) scene-linear rgb per corner, B/pi or H/pi, never clipped."""

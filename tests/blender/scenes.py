@@ -132,10 +132,10 @@ def corner_vertices(mesh):
     return values
 
 
-def radiance(mesh):
+def radiance(mesh, name="Radiosity"):
     """(corners, 3)"""
     values = np.empty(len(mesh.loops) * 4, dtype=np.float32)
-    mesh.color_attributes["Radiosity"].data.foreach_get("color", values)
+    mesh.color_attributes[name].data.foreach_get("color", values)
     return values.reshape(-1, 4)[:, :3]
 
 

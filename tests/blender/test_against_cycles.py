@@ -18,6 +18,7 @@ from scenes import (
     add_grid,
     add_material,
     add_mesh,
+    add_plane,
     bake,
     baked_of,
     corner_vertices,
@@ -156,6 +157,86 @@ def test_lights(name, compare):
     compare(name, by_cycles(floor), by_antumbra(floor))
 
 
+def link_to(light, which, *members):
+    """Give a light a linking collection of (object or collection, state)."""
+    collection = bpy.data.collections.new(which)
+    for member, state in members:
+        is_object = isinstance(member, bpy.types.Object)
+        (collection.objects if is_object else collection.children).link(member)
+        links = collection.collection_objects if is_object else collection.collection_children
+        links[-1].light_linking.link_state = state
+    setattr(light.light_linking, f"{which}_collection", collection)
+
+
+@pytest.mark.parametrize(
+    "linked", ["to the floor", "not to the floor", "in a group", "to nothing", "no shadow", "shadow of one"]
+)
+@pytest.mark.parametrize("name", ["point, radius 0", "sun, angle 10 degrees", "area, square"])
+def test_light_linking(name, linked, compare):
+    """A linked light beside a dim one that lights everything."""
+    floor = floor_under_a_cube()
+    cube = bpy.data.objects["Blocker"]
+    other = add_cube("Other")
+    other.matrix_world = Matrix.Translation((-0.9, -0.6, 0.5)) @ Matrix.Diagonal((0.3, 0.3, 0.3, 1))
+    other.data.materials.append(cube.data.materials[0])
+    kind, matrix, options = CASES[name]
+    lights = []
+    for energy in (50.0, 5.0):
+        light = bpy.data.lights.new(name, kind)
+        light.energy = energy
+        for key, value in options.items():
+            setattr(light, key, value)
+        if energy == 5.0:
+            light.energy, light.color = 0.1 * lights[0].data.energy, (0.2, 0.4, 1.0)
+        lights.append(link(bpy.data.objects.new(name, light)))
+        # Apart: of two area lights one behind the other, or in one place, Cycles' rays meet only one.
+        lights[-1].matrix_world = Matrix.Translation((1.3 * len(lights), 0, 0)) @ matrix
+    match linked:
+        case "to the floor":
+            link_to(lights[0], "receiver", (floor, "INCLUDE"))
+        case "not to the floor":
+            link_to(lights[0], "receiver", (floor, "EXCLUDE"))
+        case "in a group":
+            group = bpy.data.collections.new("Group")
+            group.objects.link(floor)
+            link_to(lights[0], "receiver", (group, "INCLUDE"), (cube, "INCLUDE"))
+        case "to nothing":
+            link_to(lights[0], "receiver")
+        case "no shadow":
+            link_to(lights[0], "blocker", (cube, "EXCLUDE"), (other, "EXCLUDE"))
+        case "shadow of one":
+            link_to(lights[0], "blocker", (other, "INCLUDE"))
+    compare(f"{name}, linked: {linked}", by_cycles(floor), by_antumbra(floor))
+
+
+PANES = {
+    "half transparent": ("ShaderNodeBsdfPrincipled", {"Alpha": 0.5, "Base_Color": (0, 0, 0, 1)}),
+    "tinted transparent": ("ShaderNodeBsdfTransparent", {"Color": (0.9, 0.5, 0.2, 1)}),
+}
+
+
+@pytest.mark.parametrize("pane", PANES)
+@pytest.mark.parametrize("name", ["point, radius 0", "sun, angle 10 degrees", "area, square", "world, constant"])
+def test_panes_before_lights(name, pane, compare):
+    """A pane of two faces, one of them turned, in whose shadow and beside it the cube stands."""
+    floor = floor_under_a_cube()
+    if name in CASES:
+        kind, matrix, options = CASES[name]
+        light = bpy.data.lights.new(name, kind)
+        light.energy = 50.0
+        for key, value in options.items():
+            setattr(light, key, value)
+        link(bpy.data.objects.new(name, light)).matrix_world = matrix
+    else:
+        world_with_nodes()
+    shader, inputs = PANES[pane]
+    corners = [(-1.2, -1, 1.7), (0.2, -1.3, 1.6), (0.6, 0.9, 1.65), (-0.9, 1.1, 1.5), (1.5, 0.2, 0.7)]
+    add_mesh("Pane", corners, [(0, 1, 2), (0, 2, 3), (1, 4, 2)]).data.materials.append(
+        add_material("Pane", shader, **inputs)
+    )
+    compare(f"{name}, a {pane} pane before it", by_cycles(floor), by_antumbra(floor))
+
+
 def world_with_nodes():
     world = bpy.data.worlds.new("Sky")
     bpy.context.scene.world = world
@@ -172,6 +253,35 @@ def test_constant_world(compare):
     background.inputs["Color"].default_value = (0.5, 0.7, 1.0, 1.0)
     background.inputs["Strength"].default_value = 2.0
     compare("world, constant", by_cycles(floor), by_antumbra(floor))
+
+
+@pytest.mark.parametrize(
+    ("shader", "inputs"),
+    [
+        ("ShaderNodeBsdfGlass", {"Color": (0.8, 0.5, 0.9, 1)}),
+        ("ShaderNodeBsdfRefraction", {"Color": (0.8, 0.5, 0.9, 1)}),
+        ("ShaderNodeBsdfPrincipled", {"Base_Color": (0.64, 0.25, 0.81, 1), "Transmission_Weight": 1.0}),
+    ],
+)
+def test_glass_tints(shader, inputs, compare):
+    """Glass that does not bend light tints it on both sides of a slab, and once where it is a single face.
+
+    Cycles blurs what it meets after a diffuse surface (Filter Glossy), and loses light by it.
+    """
+    bpy.context.scene.cycles.blur_glossy = 0.0
+    floor = add_grid("Floor", cells=5, size=1.0)
+    floor.data.materials.append(add_material("Paint", Color=(0.5, 0.5, 0.5, 1)))
+    world_with_nodes()
+    for kind, add in (("slab", add_cube), ("face", add_plane)):
+        pane = add("Pane")
+        pane.data.materials.append(add_material("Glass", shader, Roughness=0.0, IOR=1.0001, **inputs))
+        pane.matrix_world = Matrix.Translation((0, 0, 0.3)) @ Matrix.Diagonal((200, 200, 0.02, 1))
+        cycles, ours = by_cycles(floor, bounces=8), by_antumbra(floor)
+        for channel, colour in enumerate(("red", "green", "blue")):
+            name = f"{shader.removeprefix('ShaderNodeBsdf')}, {kind}, {colour}"
+            compare(name, cycles[:, channel], ours[:, channel], (0.003, 0.01))
+        bpy.ops.antumbra.remove_bake()
+        bpy.data.objects.remove(pane)
 
 
 def test_gradient_world(compare):

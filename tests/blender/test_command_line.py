@@ -135,5 +135,44 @@ def test_progress_as_json(blend, tmp_path, capsys):
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines() if line.startswith("{")]
     assert lines
     for line in lines:
-        assert set(line) == {"stage", "fraction", "shots", "elements", "unshot"}
         assert 0.0 <= line["fraction"] <= 1.0
+        assert line["file"] == str(blend)
+    *running, last = lines
+    assert running
+    for line in running:
+        assert set(line) == {"file", "stage", "fraction", "shots", "elements", "unshot"}
+    assert last["stage"] == "written"
+    assert last["triangles"] > 14
+    assert last["output"] == argv[1]
+
+
+def test_several_files_are_baked_one_after_the_other_and_a_bad_one_keeps_none_from_it(blend, tmp_path, capsys):
+    other, dark, folder = tmp_path / "other.blend", tmp_path / "dark.blend", tmp_path / "baked"
+    folder.mkdir()
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    bpy.ops.wm.save_as_mainfile(filepath=str(other), copy=True)
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    bpy.ops.wm.save_as_mainfile(filepath=str(dark), copy=True)
+    argv = [blend, dark, tmp_path / "missing.blend", other, "--output", folder, "--report", folder]
+    argv += ["--glb", folder, "--set", "tolerance=0.2", "--progress", "json"]
+    assert module("cli").run([*map(str, argv)]) == 2
+    written = sorted(path.name for path in folder.iterdir() if not path.name.endswith("1"))
+    expected = [name for stem in ("other", "scene") for name in (f"{stem}-baked.blend", f"{stem}.glb", f"{stem}.json")]
+    assert written == expected
+    assert json.loads((folder / "scene.json").read_text())["scene"]["objects"] == 2
+    assert json.loads((folder / "other.json").read_text())["scene"]["objects"] == 1
+
+    said = capsys.readouterr()
+    complaints = [line for line in said.err.splitlines() if line.startswith("antumbra:")]
+    assert len(complaints) == 2
+    assert "dark.blend" in complaints[0]
+    assert "sends light" in complaints[0]
+    assert "missing.blend" in complaints[1]
+    lines = [json.loads(line) for line in said.out.splitlines() if line.startswith("{")]
+    ends = [(line["file"], line["stage"]) for line in lines if line["stage"] in ("written", "failed")]
+    assert ends == [
+        (str(blend), "written"),
+        (str(dark), "failed"),
+        (str(tmp_path / "missing.blend"), "failed"),
+        (str(other), "written"),
+    ]

@@ -40,10 +40,21 @@ def test_progress_can_be_asked_for_at_any_time(long_bake):
 
 def test_cancel_ends_it_and_changes_nothing(long_bake):
     before = fingerprint()
+    bake = long_bake._running.bake
     assert bpy.ops.antumbra.cancel_bake() == {"FINISHED"}
-    assert bpy.ops.antumbra.finish_bake() == {"CANCELLED"}
     assert not long_bake.is_running()
     assert fingerprint() == before
+    # Its thread is waited for when nobody waits for the window any more.
+    long_bake.abandon()
+    assert bake.job.done()
+    assert long_bake.last_outcome.lines == ["Cancelled; nothing was changed"]
+
+
+def test_another_bake_may_begin_at_once_after_a_cancel(long_bake):
+    bpy.ops.antumbra.cancel_bake()
+    bpy.context.scene.antumbra.receivers, bpy.context.scene.antumbra.tolerance = "ALL", 0.2
+    assert bpy.ops.antumbra.bake() == {"FINISHED"}
+    assert len(baked_objects()) == 5
 
 
 def test_stop_keeps_what_is_there(long_bake):

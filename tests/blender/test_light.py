@@ -15,6 +15,7 @@ from mathutils import Matrix
 from scenes import (
     add_area_light,
     add_cube,
+    add_instances_by_nodes,
     add_material,
     add_mesh,
     add_plane,
@@ -253,12 +254,32 @@ def test_a_spot_scaled_to_nothing_is_named():
     assert any("“SPOT”" in text for text in scene.all_warnings())
 
 
-def test_linked_lights_are_named():
-    lamp = add_light("POINT")
-    lamp.light_linking.receiver_collection = bpy.data.collections.new("Some")
+def test_links_of_lights_hold_for_instances_too():
+    """What they make of the light is held against Cycles elsewhere."""
+    lamp, floor = add_light("POINT"), add_plane("Floor")
+    add_instances_by_nodes(floor, add_plane("Scattered"))
+    lamp.light_linking.receiver_collection = collection = bpy.data.collections.new("Some")
+    collection.objects.link(floor)
+    collection.collection_objects[0].light_linking.link_state = "EXCLUDE"
     scene = read_scene()
-    assert len(scene.lights) == 1
-    assert any("“POINT”" in text and "linking" in text for text in scene.all_warnings())
+    (light,) = scene.lights
+    # The floor with its four instances, and the plane that these are made of
+    lit = [scene.objects[index].name for index in light.links.lit.among(scene.objects)]
+    assert light.links.blocking is None
+    assert scene.all_warnings() == []
+    assert len(scene.objects) == 6
+    assert lit == ["Scattered"]
+
+
+def test_linking_of_emitting_meshes_is_named():
+    floor, screen = add_plane("Floor"), add_plane("Screen")
+    for obj in (floor, screen):
+        obj.light_linking.receiver_collection = bpy.data.collections.new("Some")
+    screen.data.materials.append(add_material("Glow", "ShaderNodeEmission"))
+    (warning,) = read_scene().all_warnings()
+    assert "“Screen”" in warning
+    assert "linking" in warning
+    assert "“Floor”" not in warning
 
 
 def sky_background():

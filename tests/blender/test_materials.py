@@ -148,24 +148,31 @@ def test_metals_may_be_black():
 @pytest.mark.parametrize(
     ("inputs", "reflectance", "through"),
     [
-        ({"Alpha": 0.25}, 0.2, 0.75),
-        ({"Alpha": 0.75}, 0.6, 0.25),
-        ({"Transmission_Weight": 1.0}, 0.0, 1.0),
-        ({"Transmission_Weight": 0.5, "Alpha": 0.5}, 0.2, 0.75),
+        ({"Alpha": 0.25}, (0.16, 0.2, 0.08), (0.75, 0.75, 0.75)),
+        ({"Alpha": 0.75}, (0.48, 0.6, 0.24), (0.25, 0.25, 0.25)),
+        ({"Transmission_Weight": 1.0}, (0.0, 0.0, 0.0), (0.8, 0.894427, 0.565685)),
+        ({"Transmission_Weight": 0.5, "Alpha": 0.5}, (0.16, 0.2, 0.08), (0.7, 0.723607, 0.641421)),
+        ({"Transmission_Weight": 1.0, "Metallic": 1.0}, (0.0, 0.0, 0.0), (0.8, 0.894427, 0.565685)),
     ],
 )
-def test_what_lets_most_light_through_does_not_block(inputs, reflectance, through):
-    material, warnings = read_material(add_material("Pane", PRINCIPLED, **inputs))
-    assert material.reflectance_rgb == pytest.approx((reflectance,) * 3)
-    assert material.blocks == (through <= 0.5)
-    assert any(f"“Pane” lets {through:.0%}" in text for text in warnings)
+def test_the_share_of_light_that_goes_through(inputs, reflectance, through):
+    made = add_material("Pane", PRINCIPLED, Base_Color=(0.64, 0.8, 0.32, 1), **inputs)
+    material, warnings = read_material(made)
+    assert material.reflectance_rgb == pytest.approx(reflectance)
+    assert material.transmittance_rgb == pytest.approx(through, abs=1e-6)
+    assert any("“Pane”" in text and "its glass" in text for text in warnings) == ("Transmission_Weight" in inputs)
 
 
-@pytest.mark.parametrize("shader", ["ShaderNodeBsdfTransparent", "ShaderNodeBsdfGlass", "ShaderNodeHoldout"])
-def test_glass_and_holdouts_do_not_block(shader):
-    material, warnings = read_material(add_material("Pane", shader))
-    assert (material.reflectance_rgb, material.blocks) == ((0, 0, 0), False)
-    assert any("“Pane”" in text for text in warnings)
+@pytest.mark.parametrize("shader", ["ShaderNodeBsdfTransparent", "ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"])
+def test_glass_and_transparent_shaders_tint_what_goes_through(shader):
+    material, _ = read_material(add_material("Pane", shader, Color=(0.9, 0.5, 2.0, 1)))
+    assert material.reflectance_rgb == (0, 0, 0)
+    assert material.transmittance_rgb == pytest.approx((0.9, 0.5, 1.0))
+
+
+def test_holdouts_let_everything_through():
+    material, _ = read_material(add_material("Hole", "ShaderNodeHoldout"))
+    assert (material.reflectance_rgb, material.transmittance_rgb) == ((0, 0, 0), (1, 1, 1))
 
 
 def test_a_colour_through_a_reroute():

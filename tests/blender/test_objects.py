@@ -235,7 +235,7 @@ def test_a_material_of_volume_only_does_not_block_and_is_named():
     tree.links.new(tree.nodes.new("ShaderNodeVolumePrincipled").outputs[0], output.inputs["Volume"])
     cube.data.materials.append(made)
     scene = read_scene()
-    assert not scene.materials[0].blocks
+    assert scene.materials[0].transmittance_rgb == (1, 1, 1)
     assert any("“Fog”" in text and "volume" in text for text in scene.warnings)
 
 

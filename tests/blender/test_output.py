@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import pytest
+from extension import module
 from fingerprint import fingerprint
 from mathutils import Matrix
 from scenes import (
@@ -272,4 +273,43 @@ def test_one_undo_takes_a_bake_back(output):
     bpy.ops.ed.redo()
     assert fingerprint() == after
     bpy.ops.ed.undo()
+    assert fingerprint() == before
+
+
+@pytest.mark.parametrize("output", ["NEW", "REPLACE"])
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_meshes_that_are_made_ahead_change_nothing_of_what_comes_out(output, lost):
+    """Whatever becomes of them in the meantime: undo may take them away."""
+    plane, _cube = cube_over_plane()
+    plane.matrix_world = sheared(0.3)
+    bake(output=output)
+    expected = {mesh.name: radiance(mesh).tobytes() for mesh in bpy.data.meshes if "Radiosity" in mesh.attributes}
+    bpy.ops.antumbra.remove_bake()
+    before = fingerprint()
+
+    ahead = module("bridge.host").new_bake(module("bridge.properties").settings_of(bpy.context.scene))
+    ahead.begin()
+    ahead.wait()
+    for _ in ahead.prepare():
+        pass
+    made = [mesh for mesh in bpy.data.meshes if "Radiosity" in mesh.attributes]
+    assert len(made) == 2
+    assert not any(obj.data in made for obj in bpy.data.objects)
+    bpy.data.batch_remove(made[:lost])
+    ahead.finish()
+    found = {mesh.name: radiance(mesh).tobytes() for mesh in bpy.data.meshes if "Radiosity" in mesh.attributes}
+    assert sorted(found.values()) == sorted(expected.values())
+    bpy.ops.antumbra.remove_bake()
+    assert fingerprint() == before
+
+
+def test_giving_up_leaves_nothing_that_was_made_ahead():
+    cube_over_plane()
+    bpy.context.scene.antumbra.receivers = "ALL"
+    before = fingerprint()
+    ahead = module("bridge.host").new_bake(module("bridge.properties").settings_of(bpy.context.scene))
+    ahead.begin()
+    ahead.wait()
+    next(ahead.prepare())
+    ahead.abandon()
     assert fingerprint() == before

@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from extension import last_warnings, read_scene
+from extension import last_warnings, module, read_scene
 from fingerprint import fingerprint
 from scenes import (
     add_area_light,
@@ -17,6 +17,7 @@ from scenes import (
     bake,
     baked_of,
     corner_vertices,
+    positions,
     radiance,
     radiance_at,
     select,
@@ -188,13 +189,13 @@ def test_what_lets_light_through_does_so_in_a_group_too(glass, hidden):
     (record,) = scene.objects
     (material,) = {scene.materials[index] for index in record.triangle_materials()}
     assert material.reflectance_rgb == pytest.approx((0.2,) * 3, abs=0.51 * STEP)
-    assert not material.blocks
-    assert any("“Pane” lets 75% of the light through" in text for text in scene.warnings)
+    assert material.transmittance_rgb == pytest.approx((0.75,) * 3, abs=0.51 * STEP)
+    assert any("“Pane”" in text and "its glass" in text for text in scene.warnings) == ("Alpha" not in glass)
 
 
 def test_what_nodes_and_passes_both_tell_is_said_once():
-    """An image is read by passes, the alpha beside it by nodes too; a missing image that nothing uses is no loss."""
-    plane, made = add_plane(), add_material("Veil", PRINCIPLED, Alpha=0.25)
+    """An image is read by passes, the glass beside it by nodes too; a missing image that nothing uses is no loss."""
+    plane, made = add_plane(), add_material("Veil", PRINCIPLED, Transmission_Weight=0.25)
     add_uv_map(plane)
     with_node(made, "ShaderNodeTexImage", "Base Color").image = bpy.data.images.new("Black", 4, 4)
     lost = bpy.data.images.new("gone", 1, 1)
@@ -202,7 +203,7 @@ def test_what_nodes_and_passes_both_tell_is_said_once():
     made.node_tree.nodes.new("ShaderNodeTexImage").image = lost
     plane.data.materials.append(made)
     (warning,) = read_scene().warnings
-    assert "“Veil” lets 75% of the light through" in warning
+    assert "“Veil”: light goes straight through its glass" in warning
 
 
 def test_reading_leaves_the_file_as_it_was():
@@ -264,7 +265,7 @@ def test_meshes_that_are_looked_at_together_keep_their_own_colours():
         assert of_faces("reflectance_rgb", name) == pytest.approx(np.array(colours), abs=0.51 * STEP), name
 
 
-def test_varying_faces_are_named_once_and_only_where_their_mean_is_shown():
+def test_varying_faces_are_named_once_and_only_where_they_are_shown():
     plane, made = add_plane(), add_material("Noise")
     with_node(made, "ShaderNodeTexNoise")
     plane.data.materials.append(made)
@@ -273,6 +274,92 @@ def test_varying_faces_are_named_once_and_only_where_their_mean_is_shown():
     assert sum("“Noise”" in text and "Light Only" in text for text in last_warnings()) == 1
     bake(quantity="IRRADIANCE")
     assert last_warnings() == []
+
+
+def checkered(scale=4.0, **colours):
+    """A floor of one face with checks in its UV map, under a lamp."""
+    plane, made = add_plane(), add_material("Checks")
+    add_uv_map(plane)
+    checker = with_node(made, "ShaderNodeTexChecker")
+    checker.inputs["Scale"].default_value = scale
+    for name, colour in {"Color1": (0.8, 0.6, 0.4, 1), "Color2": (0.2, 0.1, 0.0, 1), **colours}.items():
+        checker.inputs[name].default_value = colour
+    link(made, made.node_tree.nodes.new("ShaderNodeUVMap"), 0, checker, "Vector")
+    plane.data.materials.append(made)
+    add_area_light(location=(0.1, 0.2, 2))
+    return plane, made
+
+
+def checks_and_light(**settings):
+    """Radiosity per triangle and corner, irradiance, and the colour of the check that the triangle is in."""
+    common = {"method": "UNIFORM", "element_size": 0.25, **settings}
+    bake(quantity="IRRADIANCE", **common)
+    light = radiance(baked_of("Plane").data).reshape(-1, 3, 3)
+    bake(quantity="RADIOSITY", **common)
+    mesh = baked_of("Plane").data
+    middles = positions(mesh)[corner_vertices(mesh)].reshape(-1, 3, 3).mean(axis=1)
+    squares = np.floor((middles[:, :2] + 1.0) / 2.0 * 4.0).sum(axis=1)
+    return radiance(mesh).reshape(-1, 3, 3), light, squares % 2 == 1
+
+
+def test_a_floor_of_one_face_shows_its_checks_as_sharp_as_its_elements():
+    """The mesh's edges run along those of the checks, whose colours are then exact to the corner."""
+    checkered()
+    shown, light, first = checks_and_light()
+    assert len(shown) >= 2 * 8**2
+    assert light.min() > 0.0
+    colours = np.where(first[:, None, None], (0.8, 0.6, 0.4), (0.2, 0.1, 0.0))
+    assert shown == pytest.approx(colours * light, abs=2e-3 * float(light.max()))
+
+
+def test_layers_show_them_too_and_transport_their_mean():
+    checkered()
+    grey = add_plane("Grey")
+    grey.location.z, grey.scale = 1.0, (0.5, 0.5, 0.5)
+    shown, light, first = checks_and_light(layers="SEPARATE", receivers="ALL")
+    mesh = baked_of("Plane").data
+    parts = [radiance(mesh, name).reshape(-1, 3, 3) for name in ("Radiosity Direct", "Radiosity Indirect")]
+    assert sum(parts) == pytest.approx(shown, abs=1e-6)
+    colours = np.where(first[:, None, None], (0.8, 0.6, 0.4), (0.2, 0.1, 0.0))
+    assert parts[1].max() > 0.0
+    assert shown == pytest.approx(colours * light, abs=2e-3 * float(light.max()))
+
+
+def test_screens_shine_as_their_picture_does():
+    """Emission of its own per element, while the floor before it gets the light of the mean."""
+    plane = add_plane("Screen")
+    made = add_material("Picture", "ShaderNodeEmission")
+    add_uv_map(plane)
+    separate = made.node_tree.nodes.new("ShaderNodeSeparateXYZ")
+    link(made, made.node_tree.nodes.new("ShaderNodeUVMap"), 0, separate, "Vector")
+    link(made, separate, "X", shader_of(made), "Strength")
+    plane.data.materials.append(made)
+    bake(method="UNIFORM", element_size=0.5)
+    mesh = baked_of("Screen").data
+    across = positions(mesh)[corner_vertices(mesh)][:, 0]
+    assert radiance(mesh) == pytest.approx(np.repeat((0.5 + 0.5 * across)[:, None], 3, axis=1), abs=1e-3)
+
+
+def test_showing_textures_leaves_nothing_behind():
+    checkered()
+    bake(method="UNIFORM", element_size=0.5)
+    assert bpy.ops.antumbra.remove_bake() == {"FINISHED"}
+    before = fingerprint()
+    bake(method="UNIFORM", element_size=0.5)
+    assert bpy.ops.antumbra.remove_bake() == {"FINISHED"}
+    assert fingerprint() == before
+
+
+def test_without_its_material_a_texture_is_its_mean_and_says_so():
+    plane, made = checkered()
+    settings = module("core.settings").Settings(receivers="ALL", method="UNIFORM", element_size=0.5)
+    job = module("bridge.host").new_bake(settings)
+    job.begin()
+    bpy.data.materials.remove(made)
+    warnings = job.finish()["warnings"]
+    assert any("“Plane”" in text and "deleted" in text for text in warnings)
+    shown = radiance(baked_of("Plane").data)
+    assert shown[:, 0] == pytest.approx(shown[:, 1] * 0.5 / 0.35, rel=5e-3)
 
 
 def test_a_bake_shows_each_faces_colour():

@@ -53,6 +53,7 @@ class Refined:
     source_triangle: np.ndarray
     corner_barycentric: np.ndarray
     source_edge: np.ndarray
+    edge_line: np.ndarray
     corner_radiance: np.ndarray
     corner_direct: np.ndarray | None = None
     corner_indirect: np.ndarray | None = None
@@ -94,5 +95,6 @@ def split_in_four(surface):
         source_triangle=np.array(sources, dtype=np.int32),
         corner_barycentric=np.array(barycentrics),
         source_edge=np.array(edges, dtype=np.int8),
+        edge_line=np.zeros((len(triangles), 3), dtype=np.int8),
         corner_radiance=np.zeros((len(triangles), 3, 3), dtype=np.float32),
     )

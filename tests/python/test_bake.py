@@ -22,14 +22,23 @@ class ArrayHost:
 
     def __init__(self, the_scene):
         self.scene = the_scene
+        self.prepared = []
         self.written = []
 
     def read(self, settings):
         return self.scene
 
+    def prepare(self, the_scene, solution, settings):
+        for mesh in solution.meshes:
+            self.prepared.append(mesh)
+            yield
+
     def write(self, the_scene, solution, settings):
         self.written.append(solution)
         return ["written with care"]
+
+    def discard(self):
+        self.prepared.clear()
 
 
 def lit_quad():
@@ -83,6 +92,27 @@ def test_nothing_is_verified_where_that_is_not_wanted():
     report = bake.finish()
     assert report["result"]["verification"] is None
     assert all(iteration["error"] is None for iteration in report["timeline"])
+
+
+def test_meshes_may_be_prepared_in_pieces_before_they_are_written():
+    host = lit_quad()
+    bake = Bake(host, solver.start, Settings(tolerance=0.1))
+    bake.begin()
+    bake.wait()
+    assert len(list(bake.prepare())) == len(host.prepared) == 1
+    assert not host.written
+    assert bake.finish()["timings"]["write_s"] > 0.0
+    assert host.written[0].meshes[0] is host.prepared[0]
+
+
+def test_giving_up_discards_what_was_prepared():
+    host = lit_quad()
+    bake = Bake(host, solver.start, Settings(tolerance=0.1))
+    bake.begin()
+    bake.wait()
+    next(bake.prepare())
+    bake.abandon()
+    assert host.prepared == []
 
 
 def test_without_light_the_message_names_the_lights_left_out():

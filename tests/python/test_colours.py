@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from antumbra.core.colours import light_attributes, storage_losses
+from antumbra.core.colours import in_steps, light_attributes, srgb_decoded, srgb_encoded, storage_losses
 from antumbra.core.settings import Settings
 from meshes import quad_surface, split_in_four
 
@@ -61,3 +61,29 @@ def test_bytes_that_are_too_bright_are_told(baked):
     baked.corner_radiance[3, 1, 2] = 2.5
     (loss,) = storage_losses([baked], as_bytes)
     assert "2.5" in loss
+
+
+def test_srgb_is_that_of_the_standard_and_comes_back():
+    assert np.allclose(srgb_encoded(np.array([0.0, 0.0031308, 0.2140411, 1.0])), [0.0, 0.04045, 0.5, 1.0], atol=1e-5)
+    values = np.linspace(0.0, 1.0, 257)
+    assert np.allclose(srgb_decoded(srgb_encoded(values)), values, atol=1e-7)
+
+
+def test_colours_in_steps_are_as_many_as_asked_for_and_never_off_by_more_than_half_of_one():
+    values = np.linspace(0.0, 3.0, 10_001)
+    stepped = in_steps(values, 32)
+    assert len(np.unique(stepped)) == 32
+    assert stepped.min() == 0.0
+    assert stepped.max() == 1.0
+    off = np.abs(srgb_encoded(stepped) - srgb_encoded(np.minimum(values, 1.0)))
+    assert off.max() <= 0.5 / 31 + 1e-12
+
+
+def test_steps_reach_the_attribute_and_say_what_they_clip(baked):
+    baked.corner_radiance[:] = np.linspace(0.0, 2.0, baked.corner_radiance.size).reshape(baked.corner_radiance.shape)
+    settings = Settings(colour_steps=4)
+    (light,) = light_attributes(baked, settings)
+    assert len(np.unique(light.values[:, :3])) == 4
+    assert storage_losses([baked], settings) == [
+        "colour_steps 4: colours up to 2 were clipped at 1; FLOAT_COLOR without steps keeps them"
+    ]

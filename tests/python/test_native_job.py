@@ -102,3 +102,19 @@ def test_ctrl_c_cancels_a_waiting_bake() -> None:
         signal.signal(signal.SIGINT, before)
     assert time.monotonic() - start < 0.2 + PROMPT_S
     assert job.done()
+
+
+def test_a_preview_is_there_once_for_each_stage_and_only_for_who_asks() -> None:
+    job = antumbra_native.start(lit_floor(cells=8), tolerance=1e-3)
+    previews = []
+    while not job.done():
+        preview = job.preview()
+        if preview is not None:
+            previews.append(preview)
+    (final,) = job.result().meshes
+    assert previews
+    for (mesh,) in previews:
+        assert mesh.corner_radiance.shape == (len(mesh.triangles), 3, 3)
+        assert mesh.edge_line.shape == mesh.triangles.shape
+        assert len(mesh.triangles) <= len(final.triangles)
+    assert job.preview() is None

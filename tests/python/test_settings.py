@@ -32,6 +32,7 @@ def test_defaults_are_those_of_the_contract():
         "layers": "TOTAL",
         "data_type": "FLOAT_COLOR",
         "domain": "CORNER",
+        "colour_steps": 0,
     }
     Settings().validate()
 

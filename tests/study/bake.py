@@ -17,6 +17,7 @@ import importlib
 import io
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import bpy
@@ -26,31 +27,34 @@ EXTENSION = "bl_ext.user_default.antumbra"
 ATTRIBUTE = "Radiosity"
 
 
-def save_triangles(path: Path) -> None:
-    """Write the triangles of all baked objects of the open file."""
+def baked_objects() -> list[bpy.types.Object]:
+    """What bakes made in the open file."""
+    collections = bpy.context.scene.collection.children_recursive
+    return [item for made in collections if made.name == "Antumbra" for item in made.objects]
+
+
+def save_triangles(path: Path, baked: Iterable[bpy.types.Object]) -> None:
+    """Write the triangles of baked objects."""
     corners, colours, sources, names = [], [], [], []
-    for baked in bpy.context.scene.collection.children_recursive:
-        if baked.name != "Antumbra":
-            continue
-        for item in baked.objects:
-            mesh = item.data
-            mesh.calc_loop_triangles()
-            loops = np.empty(len(mesh.loop_triangles) * 3, dtype=np.int32)
-            mesh.loop_triangles.foreach_get("loops", loops)
-            vertex_of_loop = np.empty(len(mesh.loops), dtype=np.int32)
-            mesh.loops.foreach_get("vertex_index", vertex_of_loop)
-            positions = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
-            mesh.vertices.foreach_get("co", positions)
-            world = np.array(item.matrix_world)
-            positions = positions.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3]
-            values = np.empty(len(mesh.loops) * 4, dtype=np.float32)
-            mesh.color_attributes[ATTRIBUTE].data.foreach_get("color", values)
-            corners.append(positions[vertex_of_loop[loops]].reshape(-1, 3, 3))
-            colours.append(values.reshape(-1, 4)[loops, :3].reshape(-1, 3, 3))
-            source = item["antumbra_source"]
-            if source not in names:
-                names.append(source)
-            sources.append(np.full(len(corners[-1]), names.index(source), dtype=np.int32))
+    for item in baked:
+        mesh = item.data
+        mesh.calc_loop_triangles()
+        loops = np.empty(len(mesh.loop_triangles) * 3, dtype=np.int32)
+        mesh.loop_triangles.foreach_get("loops", loops)
+        vertex_of_loop = np.empty(len(mesh.loops), dtype=np.int32)
+        mesh.loops.foreach_get("vertex_index", vertex_of_loop)
+        positions = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
+        mesh.vertices.foreach_get("co", positions)
+        world = np.array(item.matrix_world)
+        positions = positions.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3]
+        values = np.empty(len(mesh.loops) * 4, dtype=np.float32)
+        mesh.color_attributes[ATTRIBUTE].data.foreach_get("color", values)
+        corners.append(positions[vertex_of_loop[loops]].reshape(-1, 3, 3))
+        colours.append(values.reshape(-1, 4)[loops, :3].reshape(-1, 3, 3))
+        source = item["antumbra_source"]
+        if source not in names:
+            names.append(source)
+        sources.append(np.full(len(corners[-1]), names.index(source), dtype=np.int32))
     np.savez(
         path,
         corners=np.concatenate(corners),
@@ -73,7 +77,7 @@ def bake_one(scene: str, folder: Path, name: str, settings: dict[str, object]) -
     lines = said.getvalue().strip().splitlines()
     if code != 0:
         return {"refused" if code == 2 else "failed": lines[-1] if lines else f"exit code {code}"}
-    save_triangles(folder / f"{name}.npz")
+    save_triangles(folder / f"{name}.npz", baked_objects())
     blend.unlink()
     return dict(json.loads(report.read_text(encoding="utf-8")))
 

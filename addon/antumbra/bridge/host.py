@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import bpy
 
 from ..core.bake import Bake, Solution
@@ -10,17 +12,38 @@ from ..core.record import SceneRecord
 from ..core.settings import Settings
 from . import solver
 from .scene_read import read_scene
-from .scene_write import write_solution
+from .scene_write import PreparedMeshes, write_solution
+from .textures import show_textures
 
 
 class BlenderHost:
     """The scene of the current context; the context is asked anew by each verb, since a job outlives it."""
 
+    def __init__(self) -> None:
+        self._prepared = PreparedMeshes()
+        self._texture_warnings: list[str] | None = None
+        """Of the solution at hand, once its meshes show their textures."""
+
     def read(self, settings: Settings) -> SceneRecord:
         return read_scene(bpy.context, settings)
 
+    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[None]:
+        self._show_textures(scene, solution, settings)
+        yield
+        yield from self._prepared.make(bpy.context, scene, solution, settings)
+
     def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
-        return write_solution(bpy.context, scene, solution, settings)
+        warnings = self._show_textures(scene, solution, settings)
+        self._texture_warnings = None
+        return warnings + write_solution(bpy.context, scene, solution, settings, self._prepared)
+
+    def discard(self) -> None:
+        self._prepared.discard()
+
+    def _show_textures(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
+        if self._texture_warnings is None:
+            self._texture_warnings = show_textures(scene, solution, settings)
+        return self._texture_warnings
 
 
 def new_bake(settings: Settings) -> Bake:

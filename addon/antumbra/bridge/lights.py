@@ -19,7 +19,7 @@ from ..core.lights import (
     point_intensity_rgb,
     sun_irradiance_rgb,
 )
-from ..core.record import AreaLight, Cone, PointLight, SceneRecord, Sun
+from ..core.record import AreaLight, Cone, Linked, Links, PointLight, SceneRecord, Sun
 from .materials import constant_colour, constant_float, linked_node
 
 # Blender's 180 degrees as a 32-bit number of radians is a little less or more than pi.
@@ -34,20 +34,22 @@ def read_light(obj: bpy.types.Object, name: str, world_from_light: Floats, scene
     if not obj.visible_diffuse or (light.type == "AREA" and getattr(cycles, "is_portal", False)):
         # It brings nothing to a matte surface: a portal only guides Cycles' rays.
         return
-    _warn_of_linking(obj, name, scene)
+    links = read_links(obj)
     power = _power_rgb(light, name, scene)
     if not any(power):
         return
     match light.type:
         case "AREA":
-            _read_area(light, name, power, world_from_light, scene)
+            _read_area(light, name, power, world_from_light, links, scene)
         case "SUN":
-            _read_sun(light, name, power, world_from_light, scene)
+            _read_sun(light, name, power, world_from_light, links, scene)
         case _:
-            _read_point(light, name, power, world_from_light, scene)
+            _read_point(light, name, power, world_from_light, links, scene)
 
 
-def _read_area(light: Any, name: str, power: Colour, world_from_light: Floats, scene: SceneRecord) -> None:
+def _read_area(
+    light: Any, name: str, power: Colour, world_from_light: Floats, links: Links, scene: SceneRecord
+) -> None:
     lamp = AreaLamp(light.shape, light.size, light.size_y, power, _normalizes(light))
     outline = outline_in_world(lamp, world_from_light)
     exitance = exitance_rgb(lamp, outline)
@@ -55,10 +57,10 @@ def _read_area(light: Any, name: str, power: Colour, world_from_light: Floats, s
         _leave_out(scene, "Lights without area are left out", name)
         return
     spread = light.spread if light.spread < math.pi - _ROUNDING else math.pi
-    scene.lights.append(AreaLight(name, outline, exitance, spread, light.use_shadow))
+    scene.lights.append(AreaLight(name, outline, exitance, spread, light.use_shadow, links))
 
 
-def _read_sun(light: Any, name: str, power: Colour, world_from_light: Floats, scene: SceneRecord) -> None:
+def _read_sun(light: Any, name: str, power: Colour, world_from_light: Floats, links: Links, scene: SceneRecord) -> None:
     # It shines along its -Z.
     x, y, z = (float(value) for value in world_from_light[:3, 2])
     if not any((x, y, z)):
@@ -66,10 +68,12 @@ def _read_sun(light: Any, name: str, power: Colour, world_from_light: Floats, sc
         return
     angle = min(light.angle, math.pi)
     irradiance = sun_irradiance_rgb(power, angle, _normalizes(light))
-    scene.lights.append(Sun(name, (x, y, z), angle, irradiance, light.use_shadow))
+    scene.lights.append(Sun(name, (x, y, z), angle, irradiance, light.use_shadow, links))
 
 
-def _read_point(light: Any, name: str, power: Colour, world_from_light: Floats, scene: SceneRecord) -> None:
+def _read_point(
+    light: Any, name: str, power: Colour, world_from_light: Floats, links: Links, scene: SceneRecord
+) -> None:
     cone = None
     if light.type == "SPOT":
         matrix = cone_from_world(world_from_light)
@@ -88,6 +92,7 @@ def _read_point(light: Any, name: str, power: Colour, world_from_light: Floats, 
             intensity_rgb=point_intensity_rgb(power, radius, _normalizes(light)),
             casts_shadows=light.use_shadow,
             cone=cone,
+            links=links,
         )
     )
 
@@ -97,10 +102,29 @@ def _normalizes(light: Any) -> bool:
     return bool(getattr(light, "normalize", True))
 
 
-def _warn_of_linking(obj: bpy.types.Object, name: str, scene: SceneRecord) -> None:
-    linking = obj.light_linking
-    if linking.receiver_collection is not None or linking.blocker_collection is not None:
-        scene.warnings.append(f"light “{name}”: light linking is not modelled; it lights everything")
+def read_links(obj: Any) -> Links:
+    """What an object's light is linked to."""
+    linking = obj.original.light_linking
+    return Links(_linked(linking.receiver_collection), _linked(linking.blocker_collection))
+
+
+def _linked(collection: Any) -> Linked | None:
+    """The objects of a linking collection: those that it includes, or if none all that it does not exclude."""
+    if collection is None:
+        return None
+    states: dict[str, set[int]] = {"INCLUDE": set(), "EXCLUDE": set()}
+    for child, link in zip(collection.children, collection.collection_children, strict=True):
+        states[link.light_linking.link_state].update(obj.session_uid for obj in child.all_objects)
+    # What is said of an object itself goes before what is said of a collection that it is in.
+    for obj, link in zip(collection.objects, collection.collection_objects, strict=True):
+        state = link.light_linking.link_state
+        for known, members in states.items():
+            (members.add if known == state else members.discard)(obj.session_uid)
+    includes_any = any(
+        link.light_linking.link_state == "INCLUDE"
+        for link in (*collection.collection_children, *collection.collection_objects)
+    )
+    return Linked(frozenset(states["INCLUDE" if includes_any else "EXCLUDE"]), not includes_any)
 
 
 def _power_rgb(light: Any, name: str, scene: SceneRecord) -> tuple[float, float, float]:

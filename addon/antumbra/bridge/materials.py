@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to a matte reflectance, an exitance, and whether they block.
+"""Materials to a matte reflectance, an exitance, and the share of light that goes through them.
 
 Read exactly: Principled, Diffuse, Emission, Transparent, Glass and Glossy, and Mix and Add of these, with constant
 inputs. Read as one colour where nothing better can be had: an image on a colour input, by its mean. For everything else
@@ -16,6 +16,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..core.colours import srgb_decoded
 from ..core.record import Material, SceneRecord
 from .neutral_material import GLASS, METALS, trees_of
 
@@ -25,12 +26,6 @@ Rgb = tuple[float, float, float]
 _DEFAULT_GREY: Rgb = (0.8, 0.8, 0.8)
 _BLACK: Rgb = (0.0, 0.0, 0.0)
 _WHITE: Rgb = (1.0, 1.0, 1.0)
-
-# What lets more than this share of the light through blocks none of it; visibility knows no half blockers.
-MOST_BLOCKED = 0.5
-
-# Light that gets through and is not worth a word: rounding of a pass of 32-bit floats.
-_NOTHING = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +70,10 @@ class MaterialReader:
         """Whether looking at the faces tells more of a material than its nodes did."""
         return index in self._unread or (has_uv_map and index in self._textured)
 
+    def may_emit(self, index: int) -> bool:
+        """Whether a material emits, or its nodes did not tell."""
+        return index in self._unread or any(self._scene.materials[index].exitance_rgb)
+
     def do_without_passes(self, index: int) -> None:
         """Name a material whose viewport colour has to do."""
         reason = self._unread.pop(index, None)
@@ -94,9 +93,7 @@ class MaterialReader:
                 self._warn_of_viewport_colour(material.name, f"its image “{missing}” has no pixels")
             shading = _Shading(_viewport_colour(material))
         red, green, blue = (math.pi * value for value in shading.radiance)
-        through = sum(shading.through) / 3.0
-        warn_of_light_through(self._scene, material.name, through)
-        return Material(material.name, shading.reflectance, (red, green, blue), through <= MOST_BLOCKED)
+        return Material(material.name, shading.reflectance, (red, green, blue), _share(shading.through))
 
     def _warn_of_viewport_colour(self, name: str, reason: str) -> None:
         self._scene.warnings.append(f"material “{name}”: {reason}; its viewport colour is used")
@@ -138,6 +135,7 @@ class MaterialReader:
                 first = self._read_input(material, node.inputs[0], index)
                 return first + self._read_input(material, node.inputs[1], index)
         if kind in GLASS:
+            self.warn_of_glass(material)
             return _Shading(through=self._colour(node.inputs["Color"], index))
         if kind in METALS:
             self.warn_of_metal(material)
@@ -158,15 +156,26 @@ class MaterialReader:
                 metallic = 0.0
         through_glass = (1.0 - metallic) * glass
         matte = (1.0 - metallic) * (1.0 - glass)
+        if through_glass > 0.0:
+            self.warn_of_glass(material)
         return _Shading(
             reflectance=_scaled(base, alpha * matte),
             radiance=_scaled(glow, alpha),
-            through=_scaled(_WHITE, 1.0 - alpha * (1.0 - through_glass)),
+            # Cycles tints light by the root of the base colour where it enters and where it leaves.
+            through=_added(_scaled(_WHITE, 1.0 - alpha), _scaled(_roots(base), alpha * through_glass)),
         )
 
     def _read_input(self, material: bpy.types.Material, socket: Any, index: int) -> _Shading:
         shader = linked_node(socket)
         return _Shading() if shader is None else self._read_shader(material, shader, index)
+
+    def warn_of_glass(self, material: bpy.types.Material) -> None:
+        """Say once what becomes of a material's glass."""
+        warning = (
+            f"material “{material.name}”: light goes straight through its glass, which neither bends nor mirrors it"
+        )
+        if warning not in self._scene.warnings:
+            self._scene.warnings.append(warning)
 
     def warn_of_metal(self, material: bpy.types.Material) -> None:
         """Say once what becomes of a material's metal."""
@@ -200,14 +209,6 @@ class MaterialReader:
         if uid not in self._mean_by_image_uid:
             self._mean_by_image_uid[uid] = _mean_colour(original)
         return self._mean_by_image_uid[uid]
-
-
-def warn_of_light_through(scene: SceneRecord, name: str, through: float) -> None:
-    """Say once what becomes of a material that lets this share of the light through."""
-    sentence = f"material “{name}” lets "
-    if through > _NOTHING and not any(warning.startswith(sentence) for warning in scene.warnings):
-        how = "stops all of it" if through <= MOST_BLOCKED else "stops none of it, and reflects none to others"
-        scene.warnings.append(f"{sentence}{through:.0%} of the light through: in the bake it {how}")
 
 
 def _missing_image(material: bpy.types.Material) -> str | None:
@@ -281,13 +282,24 @@ def _mean_colour(image: Any) -> Rgb | None:
     rgb = channels[:, :3] if image.channels >= 3 else np.repeat(channels[:, :1], 3, axis=1)
     # Pixels of byte images come as they are stored, those of float images are linear already.
     if not image.is_float and image.colorspace_settings.name == "sRGB":
-        rgb = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        rgb = srgb_decoded(rgb)
     red, green, blue = (float(value) for value in rgb.mean(axis=0, dtype=np.float64))
     return red, green, blue
 
 
 def _scaled(colour: Rgb, factor: float) -> Rgb:
     return colour[0] * factor, colour[1] * factor, colour[2] * factor
+
+
+def _roots(colour: Rgb) -> Rgb:
+    red, green, blue = (math.sqrt(max(value, 0.0)) for value in colour)
+    return red, green, blue
+
+
+def _share(colour: Rgb) -> Rgb:
+    """From 0 to 1: shaders may be added up to more."""
+    red, green, blue = (min(max(value, 0.0), 1.0) for value in colour)
+    return red, green, blue
 
 
 def _added(a: Rgb, b: Rgb) -> Rgb:

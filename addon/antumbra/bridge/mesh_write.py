@@ -13,6 +13,7 @@ from ..core.carry import (
     carry_attribute,
     carry_edge_attribute,
     carry_normals,
+    line_attribute,
     source_edge_of_corner,
 )
 from ..core.colours import RADIOSITY, light_attributes
@@ -20,6 +21,7 @@ from ..core.lights import Floats
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from ..core.settings import Settings
 from .attribute_types import write_attribute
+from .mesh_read import attribute_ints
 
 
 def write_mesh(
@@ -54,7 +56,11 @@ def write_mesh(
     _write_edge_attributes(mesh, [a for a in attributes if a.domain == "EDGE"], surface, baked)
     activate_uv_maps(mesh, surface)
 
-    # Light
+    # Light, and the lines that it has
+    if baked.edge_line.any():
+        lines = line_attribute(baked, _edge_of_corner(mesh), len(mesh.edges))
+        if lines is not None:
+            write_attribute(mesh, lines)
     for layer in light_attributes(baked, settings):
         write_attribute(mesh, layer)
     mesh.color_attributes.active_color_name = RADIOSITY
@@ -90,10 +96,14 @@ def _write_edge_attributes(
     if not attributes:
         return
     source_edge = source_edge_of_corner(surface, baked)
-    baked_edge = np.empty(len(mesh.loops), dtype=np.int32)
-    mesh.loops.foreach_get("edge_index", baked_edge)
+    baked_edge = _edge_of_corner(mesh)
     for attribute in attributes:
         write_attribute(mesh, carry_edge_attribute(attribute, source_edge, baked_edge, len(mesh.edges)))
+
+
+def _edge_of_corner(mesh: bpy.types.Mesh) -> IntArray:
+    """(3T,)"""
+    return attribute_ints(mesh, ".corner_edge", mesh.loops, "edge_index")
 
 
 def activate_uv_maps(mesh: bpy.types.Mesh, surface: Surface) -> None:

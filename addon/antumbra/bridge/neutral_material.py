@@ -116,6 +116,18 @@ def may_emit(material: Any) -> bool:
     return False
 
 
+def has_glass(material: Any) -> bool:
+    """Whether any node may let light through as glass does."""
+
+    def is_glass(node: Any) -> bool:
+        if node.type == "BSDF_PRINCIPLED":
+            weight = node.inputs["Transmission Weight"]
+            return bool(weight.is_linked or weight.default_value > 0.0)
+        return node.type in GLASS
+
+    return any(is_glass(node) for tree in trees_of(material) for node in tree.nodes)
+
+
 def has_metal(material: Any) -> bool:
     """Whether any node may reflect like a metal."""
 

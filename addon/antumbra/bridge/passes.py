@@ -16,23 +16,24 @@ from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.face_samples import Samples, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
 from ..core.lights import Floats
 from ..core.record import IntArray, Material, SceneRecord, name_list
-from .materials import MOST_BLOCKED, MaterialReader, warn_of_light_through
-from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_metal
+from .materials import MaterialReader
+from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_glass, has_metal
 from .studio import Colours, Sitter, Studio, slots_of_faces
 
 # Samples over all surfaces of a scene, besides the three of every triangle: about a second of Cycles.
-_SAMPLES = 300_000
+SAMPLES = 300_000
 
 # Benches that Cycles sees at a time. It is told all of them anew for each, so more at a time take time in square, and
 # fewer take more of what each scene costs.
 _BATCH = 64
 
-# A face varies when its colours deviate by more than this from their mean: what a picture over it makes visible.
-_VARIES = 0.02
+# A face varies when its colours deviate by more than this from their mean: a step of 8-bit colour in the light ones.
+_VARIES = 0.005
 
 
 def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> None:
@@ -46,12 +47,13 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
         return
     neutral = NeutralMaterials(reader.metals_are_matte)
     varying: list[str] = []
-    through: dict[int, list[float]] = {}
     try:
         for sitter, samples, colours in _passes(sitters, neutral):
-            face_materials = _face_materials(scene, sitter, samples, colours, varying, through)
+            face_materials, varies = _face_materials(scene, sitter, samples, colours, varying)
             for index in sitter.records:
-                scene.objects[index] = replace(scene.objects[index], face_materials=face_materials)
+                scene.objects[index] = replace(
+                    scene.objects[index], face_materials=face_materials, varying_faces=varies if varies.any() else None
+                )
     except RuntimeError as error:
         # Blender's own refusal: another render is running, or Cycles cannot start.
         scene.warnings.append(f"Cycles could not look at the materials ({str(error).strip()})")
@@ -61,12 +63,12 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
     for material in {m.session_uid: m for sitter in sitters for m in sitter.materials if m is not None}.values():
         if has_metal(material):
             reader.warn_of_metal(material)
-    for index, shares in through.items():
-        warn_of_light_through(scene, scene.materials[index].name, float(np.mean(shares)))
+        if has_glass(material):
+            reader.warn_of_glass(material)
     if varying and quantity == "RADIOSITY":
         scene.warnings.append(
-            f"colours vary within faces, which show their mean: {name_list(sorted(set(varying)))}; set the quantity to "
-            "Light Only and multiply it with the texture to keep both"
+            f"colours vary within faces and are shown as fine as the baked triangles: {name_list(sorted(set(varying)))}"
+            " (a smaller Element Size shows more, Light Only leaves them to the texture)"
         )
 
 
@@ -108,21 +110,29 @@ def _do_without(sitters: list[Sitter], reader: MaterialReader) -> None:
 
 def _passes(sitters: list[Sitter], neutral: NeutralMaterials) -> Iterator[tuple[Sitter, Samples, Colours]]:
     """Each sitter's samples, and what the passes show there."""
-    areas = [_sampled_area(sitter) for sitter in sitters]
-    scale = [_area_scale(sitter.world_from_object) for sitter in sitters]
-    whole = sum(float(np.maximum(area, 0.0).sum()) * factor for area, factor in zip(areas, scale, strict=True))
-    density = _SAMPLES / whole if whole > 0.0 else 0.0
-    benches = _benches(sitters)
+    yield from look_at(list(zip(sitters, _samples(sitters), strict=True)), neutral)
+
+
+def look_at(
+    seats: list[tuple[Sitter, Samples]], neutral: NeutralMaterials
+) -> Iterator[tuple[Sitter, Samples, Colours]]:
+    """What the passes show at the samples of each sitter, whose numbers are their places in the list."""
+    benches = _benches([sitter for sitter, _ in seats])
     for first in range(0, len(benches), _BATCH):
         with Studio(neutral) as studio:
             for members in benches[first : first + _BATCH]:
-                seated = []
-                for index in members:
-                    area = areas[index]
-                    levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * scale[index]), 0)
-                    seated.append((sitters[index], place_samples(sitters[index].surface, levels)))
-                studio.seat(seated)
+                studio.seat([seats[index] for index in members])
             yield from studio.look()
+
+
+def _samples(sitters: list[Sitter]) -> Iterator[Samples]:
+    areas = [_sampled_area(sitter) for sitter in sitters]
+    scale = [area_scale(sitter.world_from_object) for sitter in sitters]
+    whole = sum(float(np.maximum(area, 0.0).sum()) * factor for area, factor in zip(areas, scale, strict=True))
+    density = SAMPLES / whole if whole > 0.0 else 0.0
+    for sitter, area, factor in zip(sitters, areas, scale, strict=True):
+        levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * factor), 0)
+        yield place_samples(sitter.surface, levels)
 
 
 def _benches(sitters: list[Sitter]) -> list[list[int]]:
@@ -145,7 +155,7 @@ def _sampled_area(sitter: Sitter) -> Floats:
     return np.where(sitter.wanted[slots], triangle_areas(sitter.surface), -0.5)
 
 
-def _area_scale(world_from_object: Floats) -> float:
+def area_scale(world_from_object: Floats) -> float:
     """About how many times larger areas are in the world."""
     return float(abs(np.linalg.det(world_from_object[:3, :3])) ** (2.0 / 3.0))
 
@@ -156,9 +166,8 @@ def _face_materials(
     samples: Samples,
     colours: Colours,
     varying: list[str],
-    through: dict[int, list[float]],
-) -> IntArray:
-    """(F,) material of each face, new ones added to the scene."""
+) -> tuple[IntArray, NDArray[np.bool_]]:
+    """(F,) material of each face, new ones added to the scene, and whether its colours vary."""
     surface = sitter.surface
     slots = sitter.slots()
     shown = any(scene.objects[index].receives for index in sitter.records)
@@ -166,8 +175,10 @@ def _face_materials(
     face_materials = by_slot[slots]
     found = means_of_faces(surface, samples, colours)
     faces = np.flatnonzero(sitter.wanted[slots] & np.isfinite(found.mean[:, 0]))
+    varies = np.zeros(len(face_materials), dtype=np.bool_)
     if len(faces) == 0:
-        return face_materials
+        return face_materials, varies
+    varies[faces] = np.delete(found.deviation[faces], 3, axis=1).max(axis=1) > _VARIES
 
     # Name what is lost
     at = by_slot[slots[faces]]
@@ -175,9 +186,8 @@ def _face_materials(
     for material in np.unique(at):
         of_material = at == material
         name = scene.materials[material].name
-        if shown and found.deviation[faces[of_material]].max() > _VARIES:
+        if shown and varies[faces[of_material]].any():
             varying.append(name)
-        through.setdefault(int(material), []).append(1.0 - float(opacity[of_material].mean()))
     if found.mean[faces, :3].max() > 1.0 + 1e-3:
         bright = sorted({scene.materials[m].name for m in at[found.mean[faces, :3].max(axis=1) > 1.0 + 1e-3]})
         scene.warnings.append(f"materials that reflect more than arrives reflect all of it: {name_list(bright)}")
@@ -186,12 +196,12 @@ def _face_materials(
     reflectance, exitance = rounded(
         np.clip(found.mean[faces, :3], 0.0, 1.0), math.pi * np.maximum(found.mean[faces, 4:7], 0.0)
     )
-    blocks = 1.0 - opacity <= MOST_BLOCKED
-    rows = np.concatenate([at[:, None], blocks[:, None], reflectance, exitance], axis=1)
+    through, _ = rounded(1.0 - opacity[:, None], exitance)
+    rows = np.concatenate([at[:, None], through, reflectance, exitance], axis=1)
     distinct, which = np.unique(rows, axis=0, return_inverse=True)
     first = len(scene.materials)
     for row in distinct.tolist():
         name = scene.materials[int(row[0])].name
-        scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), bool(row[1])))
+        scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), (row[1],) * 3))
     face_materials[faces] = first + which.reshape(-1)
-    return face_materials
+    return face_materials, varies

@@ -79,6 +79,7 @@ class AntumbraSettings(PropertyGroup):
     layers: _enum("layers")
     data_type: _enum("data_type")
     domain: _enum("domain")
+    colour_steps: _int("colour_steps")
 
 
 class AntumbraModifier(PropertyGroup):

@@ -14,10 +14,10 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.lights import Floats
-from ..core.record import ObjectRecord, SceneRecord, Surface, name_list
+from ..core.record import Links, ObjectRecord, SceneRecord, Surface, name_list
 from ..core.settings import Settings
 from .depsgraph import with_render_depsgraph
-from .lights import read_light
+from .lights import read_light, read_links
 from .materials import MaterialReader
 from .mesh_read import read_attributes, read_surface
 from .originals import originals_shown
@@ -30,18 +30,24 @@ from .world import read_world
 
 def read_scene(context: bpy.types.Context, settings: Settings) -> SceneRecord:
     """Read everything a bake needs; raises InputError and leaves the file as it was."""
+    reader = read_geometry(context, settings)
+    read_world(scene_of(context).world, reader.scene)
+    if settings.receivers != "ALL" and not any(record.receives for record in reader.scene.objects):
+        raise InputError("no selected object is a mesh with faces that is visible in renders")
+    read_passes(reader.scene, reader.materials, settings.quantity)
+    return reader.scene
+
+
+def read_geometry(context: bpy.types.Context, settings: Settings) -> SceneReader:
+    """Read objects, lamps, and materials as far as their nodes tell; nothing is rendered."""
     check_mode(context)
     selected = None if settings.receivers == "ALL" else selected_uids(context)
     if selected is not None and not selected:
         raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
     with originals_shown(scene_of(context)):
-        reader = _SceneReader(selected, settings, view_layer_of(context))
+        reader = SceneReader(selected, settings, view_layer_of(context))
         with_render_depsgraph(context, reader.visit)
-    read_world(scene_of(context).world, reader.scene)
-    if selected is not None and not any(record.receives for record in reader.scene.objects):
-        raise InputError("no selected object is a mesh with faces that is visible in renders")
-    read_passes(reader.scene, reader.materials, settings.quantity)
-    return reader.scene
+    return reader
 
 
 def check_mode(context: bpy.types.Context) -> None:
@@ -61,7 +67,7 @@ def selected_uids(context: bpy.types.Context) -> set[int]:
     return uids
 
 
-class _SceneReader:
+class SceneReader:
     """Visits one depsgraph."""
 
     def __init__(self, selected: set[int] | None, settings: Settings, view_layer: bpy.types.ViewLayer) -> None:
@@ -74,6 +80,7 @@ class _SceneReader:
         self._has_area_of_its_own: dict[int, bool] = {}
         self._without_area: list[str] = []
         self._left_out: dict[str, dict[str, None]] = {}
+        self._linked_meshes: dict[str, None] = {}
 
     def visit(self, depsgraph: bpy.types.Depsgraph, probe_uid: int) -> None:
         each: Any = depsgraph.object_instances
@@ -93,6 +100,11 @@ class _SceneReader:
         if self._without_area:
             self.scene.warnings.append(
                 f"objects whose faces have no area are left out: {name_list(self._without_area)}"
+            )
+        if self._linked_meshes:
+            self.scene.warnings.append(
+                "light linking of emitting meshes is not modelled, their emission lights everything: "
+                f"{name_list(list(self._linked_meshes))}"
             )
         for kind, names in self._left_out.items():
             self.scene.warnings.append(
@@ -117,6 +129,8 @@ class _SceneReader:
             return
         slots = _slot_materials(obj)
         slot_materials = tuple(self.materials.index(material) for material in slots or [None])
+        if read_links(owner) != Links() and any(map(self.materials.may_emit, slot_materials)):
+            self._linked_meshes[owner.name] = None
         if receives or any(self.materials.wants_passes(m, bool(surface.active_uv)) for m in slot_materials):
             self._read_attributes(surface, obj.data, name)
         self.scene.objects.append(

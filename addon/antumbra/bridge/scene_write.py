@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +28,7 @@ from .originals import (
 )
 from .properties import state_of
 from .surroundings import scene_of, view_layer_of
+from .view import IRRADIANCE, show
 
 COLLECTION = "Antumbra"
 SOURCE_PROPERTY = "antumbra_source"
@@ -35,12 +38,19 @@ SOURCE_PROPERTY = "antumbra_source"
 # nothing one could see.
 _SHEAR_TOLERANCE = 1e-5
 
+# How long meshes are made at a time: one frame of a screen, so that nobody sees it stutter.
+_SLICE_S = 0.015
+
 
 def write_solution(
-    context: bpy.types.Context, scene_record: SceneRecord, solution: Solution, settings: Settings
+    context: bpy.types.Context,
+    scene_record: SceneRecord,
+    solution: Solution,
+    settings: Settings,
+    prepared: PreparedMeshes | None = None,
 ) -> list[str]:
     """Write every baked mesh; returns warnings."""
-    return _Writer(context, settings).write(scene_record, solution)
+    return _Writer(context, settings, prepared or PreparedMeshes()).write(scene_record, solution)
 
 
 def remove_bakes(context: bpy.types.Context, owners: set[bpy.types.Object] | None = None) -> int:
@@ -72,9 +82,47 @@ def remove_bakes(context: bpy.types.Context, owners: set[bpy.types.Object] | Non
     return count
 
 
+class PreparedMeshes:
+    """Baked meshes that are not in the scene yet, by the objects' numbers in the record.
+
+    Known by their session_uid alone: undoing something else in the meantime may take them away.
+    """
+
+    def __init__(self) -> None:
+        self._uids: dict[int, int] = {}
+
+    def make(
+        self, context: bpy.types.Context, scene_record: SceneRecord, solution: Solution, settings: Settings
+    ) -> Iterator[None]:
+        """Make the meshes, as many between two yields as take a moment."""
+        left = list(reversed(solution.meshes))
+        while left:
+            end = time.perf_counter() + _SLICE_S
+            # Anew for each slice: pointers into Blender do not outlive it.
+            writer = _Writer(context, settings, self)
+            while left and time.perf_counter() < end:
+                baked = left.pop()
+                record = scene_record.objects[baked.object]
+                owner = writer.owner(record)
+                if owner is not None:
+                    self._uids[baked.object] = writer.make(record, baked, owner).session_uid
+            yield
+
+    def take(self) -> dict[int, bpy.types.Mesh]:
+        """Those that are still there; none is left afterwards."""
+        meshes = {mesh.session_uid: mesh for mesh in bpy.data.meshes} if self._uids else {}
+        there = {number: meshes[uid] for number, uid in self._uids.items() if uid in meshes}
+        self._uids.clear()
+        return there
+
+    def discard(self) -> None:
+        """Delete them."""
+        bpy.data.batch_remove(list(self.take().values()))
+
+
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """A baked mesh that is not in the scene yet."""
+    """A baked mesh and where it belongs."""
 
     source_name: str
     owner: bpy.types.Object
@@ -86,36 +134,46 @@ class _Made:
 class _Writer:
     """Writes one solution."""
 
-    def __init__(self, context: bpy.types.Context, settings: Settings) -> None:
+    def __init__(self, context: bpy.types.Context, settings: Settings, prepared: PreparedMeshes) -> None:
         self._context = context
         self._settings = settings
+        self._prepared = prepared
         self._replaces = settings.output == "REPLACE"
         self._objects = {obj.session_uid: obj for obj in scene_of(context).objects}
         self._materials = {material.session_uid: material for material in bpy.data.materials}
 
+    def owner(self, record: ObjectRecord) -> bpy.types.Object | None:
+        """The object that a record belongs to, if it still exists."""
+        return self._objects.get(record.owner_uid)
+
     def write(self, scene_record: SceneRecord, solution: Solution) -> list[str]:
-        # Pair each baked mesh with the object it belongs to, if that still exists
+        # Pair each baked mesh with the object it belongs to
         pairs: list[tuple[ObjectRecord, BakedMesh, bpy.types.Object]] = []
         gone: list[str] = []
         for baked in solution.meshes:
             record = scene_record.objects[baked.object]
-            owner = self._objects.get(record.owner_uid)
+            owner = self.owner(record)
             if owner is None:
                 gone.append(record.name)
             else:
                 pairs.append((record, baked, owner))
         if not pairs:
+            self._prepared.discard()
             raise InputError("the objects to bake were deleted while the light was computed")
         in_place = {owner for record, _, owner in pairs if self._can_replace(record, owner)}
 
-        # Make all meshes before anything of the scene changes
-        made: list[_Made] = []
+        # Make all meshes that are not prepared before anything of the scene changes
+        meshes = self._prepared.take()
         try:
             for record, baked, owner in pairs:
-                made.append(self._make(record, baked, owner, owner in in_place and not record.is_instance))
+                if baked.object not in meshes:
+                    meshes[baked.object] = self.make(record, baked, owner)
         except BaseException:
-            bpy.data.batch_remove([item.mesh for item in made])
+            bpy.data.batch_remove(list(meshes.values()))
             raise
+        made = [self._placed(record, owner, meshes.pop(baked.object)) for record, baked, owner in pairs]
+        # What is left was prepared for objects that are gone.
+        bpy.data.batch_remove(list(meshes.values()))
 
         # Take the sources' earlier bakes away; what was selected as a bake is now selected as its source
         owners = {owner for _, _, owner in pairs}
@@ -139,14 +197,23 @@ class _Writer:
                 obj.select_set(True, view_layer=view_layer)
             if owner == active and owner not in in_place:
                 view_layer.objects.active = obj
+        show(scene_of(self._context))
         _hide({owner for owner in new_objects.values() if owner not in in_place})
         return self._warnings(pairs, gone)
 
-    def _make(self, record: ObjectRecord, baked: BakedMesh, owner: bpy.types.Object, replaces: bool) -> _Made:
+    def make(self, record: ObjectRecord, baked: BakedMesh, owner: bpy.types.Object) -> bpy.types.Mesh:
+        """A mesh with a record's light, not in the scene yet."""
         materials = [None if uid is None else self._materials.get(uid) for uid in record.slot_uids]
-        matrix = owner.matrix_world if replaces else _without_shear(record)
-        in_world = record.world_from_object if matrix is None else None
+        stays = self._can_replace(record, owner) or _without_shear(record) is not None
+        in_world = None if stays else record.world_from_object
         mesh = write_mesh(record.name, record.surface, baked, materials, self._settings, in_world)
+        if self._settings.quantity == "IRRADIANCE":
+            mesh[IRRADIANCE] = True
+        return mesh
+
+    def _placed(self, record: ObjectRecord, owner: bpy.types.Object, mesh: bpy.types.Mesh) -> _Made:
+        replaces = self._can_replace(record, owner)
+        matrix = None if replaces else _without_shear(record)
         return _Made(record.name, owner, mesh, matrix or Matrix(), replaces)
 
     def _can_replace(self, record: ObjectRecord, owner: bpy.types.Object) -> bool:

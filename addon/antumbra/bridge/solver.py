@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 import antumbra_native
 
 from ..core.bake import Job, Progress, Solution
+from ..core.carry import BakedMesh
 from ..core.errors import BakeError, CancelledError, InputError, NoLightError, SettingError, SolverBugError
 from ..core.record import AreaLight, PointLight, SceneRecord, Sun
 from ..core.settings import Settings
@@ -31,7 +32,12 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
     """Hand the scene over and start the solver in a thread of its own."""
     native = antumbra_native.Scene()
     for material in scene.materials:
-        native.add_material(material.name, material.reflectance_rgb, material.exitance_rgb, blocks=material.blocks)
+        native.add_material(
+            material.name,
+            material.reflectance_rgb,
+            material.exitance_rgb,
+            transmittance=material.transmittance_rgb,
+        )
     for record in scene.objects:
         surface = record.surface
         normals = surface.corner_normals
@@ -47,7 +53,7 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             sends=record.sends,
         )
     for light in scene.lights:
-        _add_light(native, light)
+        _add_light(native, light, scene)
     if scene.sky is not None:
         native.set_sky(scene.sky.name, scene.sky.exitance_rgb)
     job = _translated(
@@ -69,11 +75,29 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
     return _Job(job)
 
 
-def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLight) -> None:
+def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLight, scene: SceneRecord) -> None:
+    links = (light.links.lit, light.links.blocking)
+    lit, blocking = (None if linked is None else linked.among(scene.objects) for linked in links)
     if isinstance(light, AreaLight):
-        native.add_area_light(light.name, light.outline_world, light.exitance_rgb, light.spread, light.casts_shadows)
+        native.add_area_light(
+            light.name,
+            light.outline_world,
+            light.exitance_rgb,
+            light.spread,
+            light.casts_shadows,
+            lit_objects=lit,
+            blocking_objects=blocking,
+        )
     elif isinstance(light, Sun):
-        native.add_sun(light.name, light.towards, light.angle, light.irradiance_rgb, light.casts_shadows)
+        native.add_sun(
+            light.name,
+            light.towards,
+            light.angle,
+            light.irradiance_rgb,
+            light.casts_shadows,
+            lit_objects=lit,
+            blocking_objects=blocking,
+        )
     else:
         cone = light.cone
         native.add_point_light(
@@ -84,6 +108,8 @@ def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLigh
             light.faces_receiver,
             light.casts_shadows,
             None if cone is None else (cone.cone_from_world, cone.angle, cone.blend),
+            lit_objects=lit,
+            blocking_objects=blocking,
         )
 
 
@@ -95,6 +121,9 @@ class _Job:
 
     def progress(self) -> Progress:
         return self._job.progress()
+
+    def preview(self) -> Sequence[BakedMesh] | None:
+        return self._job.preview()
 
     def cancel(self) -> None:
         self._job.cancel()

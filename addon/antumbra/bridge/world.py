@@ -38,6 +38,14 @@ def read_world(world: bpy.types.World | None, scene: SceneRecord) -> None:
         scene.sky = Sky(world.name, exitance)
 
 
+def may_shine(world: bpy.types.World | None) -> bool:
+    """Whether the background may send light, as far as can be told without rendering it."""
+    if world is None or not _lights_surfaces(world):
+        return False
+    colour = _constant_radiance(world)
+    return colour is None or bool(colour.any())
+
+
 def _lights_surfaces(world: Any) -> bool:
     # Cycles' own settings are absent where that engine is.
     visibility = getattr(world, "cycles_visibility", None)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
 from .carry import BakedMesh
@@ -42,6 +42,9 @@ class Job(Protocol):
     """A solver at work in a thread of its own; result() raises BakeError."""
 
     def progress(self) -> Progress: ...
+    def preview(self) -> Sequence[BakedMesh] | None:
+        """The meshes as they were at a stage of the bake, each stage at most once."""
+
     def cancel(self) -> None: ...
     def stop(self) -> None: ...
     def done(self) -> bool: ...
@@ -49,11 +52,17 @@ class Job(Protocol):
 
 
 class Host(Protocol):
-    """The program whose scene is baked. Both verbs leave it as it was when they raise."""
+    """The program whose scene is baked. Its verbs leave it as it was when they raise."""
 
     def read(self, settings: Settings) -> SceneRecord: ...
+    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[None]:
+        """Make what write() will put into the scene, a piece between two yields; the scene does not change yet."""
+
     def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
-        """Return warnings."""
+        """Put it into the scene, prepared or not; return warnings."""
+
+    def discard(self) -> None:
+        """Take away what was prepared and not written."""
 
 
 # How often a waiting caller looks: often enough that a bar moves smoothly, seldom enough to cost nothing.
@@ -61,12 +70,18 @@ _POLL_S = 0.02
 
 
 class Bake:
-    """One bake. `begin` reads and starts, `finish` writes; in between the host is free to go on."""
+    """One bake. `begin` reads and starts, `finish` writes; in between the host is free to go on.
+
+    Once the job is done, `prepare` may do most of the writing in pieces, so that the host need not wait for all of it.
+    """
 
     def __init__(self, host: Host, start: Callable[[SceneRecord, Settings], Job], settings: Settings) -> None:
         self._host = host
         self._start = start
         self._settings = settings
+        self._solution: Solution | None = None
+        self._refusal: BakeError | None = None
+        self._write_s = 0.0
 
     def begin(self) -> None:
         """Read the scene and start the solver."""
@@ -85,6 +100,16 @@ class Bake:
         """The solver at work."""
         return self._job
 
+    @property
+    def scene(self) -> SceneRecord:
+        """What was read."""
+        return self._scene
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since the solver started."""
+        return time.perf_counter() - self._solve_start
+
     def wait(self, watch: Callable[[Progress], None] | None = None) -> None:
         """Block until the solver is done, showing its progress to `watch`."""
         while not self._job.done():
@@ -96,26 +121,51 @@ class Bake:
         """Cancel the solver and wait until its thread has ended."""
         self._job.cancel()
         try:
-            self._job.result()
+            self._take()
         except BakeError:
             pass  # Whatever it ended with, nobody waits for it any more.
+        self._host.discard()
+
+    def prepare(self) -> Iterator[None]:
+        """Take the solution and make its meshes, a piece between two yields; raises BakeError when there is none."""
+        pieces = self._host.prepare(self._scene, self._take(), self._settings)
+        while True:
+            start = time.perf_counter()
+            ended = next(pieces, self) is self
+            self._write_s += time.perf_counter() - start
+            if ended:
+                return
+            yield
 
     def finish(self) -> dict[str, Any]:
         """Take the solution, write it and return the report; raises BakeError when there is none."""
-        try:
-            solution = self._job.result()
-        except NoLightError as error:
-            raise NoLightError(self._explain_darkness(str(error))) from None
-        solve_s = time.perf_counter() - self._solve_start
+        solution = self._take()
         write_start = time.perf_counter()
         write_warnings = self._host.write(self._scene, solution, self._settings)
+        self._write_s += time.perf_counter() - write_start
         timings = Timings(
             read_s=self._read_s,
-            solve_s=solve_s,
-            write_s=time.perf_counter() - write_start,
+            solve_s=self._solve_s,
+            write_s=self._write_s,
             cpu_s=time.process_time() - self._cpu_start,
         )
         return assemble(self._settings, solution.report, timings, self._scene.all_warnings() + write_warnings)
+
+    def _take(self) -> Solution:
+        """The solution, or why there is none, as often as it is asked for."""
+        if self._refusal is not None:
+            raise self._refusal
+        if self._solution is None:
+            try:
+                self._solution = self._job.result()
+            except NoLightError as error:
+                self._refusal = NoLightError(self._explain_darkness(str(error)))
+                raise self._refusal from None
+            except BakeError as error:
+                self._refusal = error
+                raise
+            self._solve_s = time.perf_counter() - self._solve_start
+        return self._solution
 
     def _explain_darkness(self, message: str) -> str:
         """Lights that were left out are the likeliest reason why a user sees light and the solver none."""

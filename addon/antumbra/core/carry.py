@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 from .lights import Floats
 from .record import Attribute, FloatArray, IntArray, Surface
 
+LINE = "antumbra_line"
+"""Name of the edge attribute with the lines: 1 where the slope of light changes, 2 where a sharp shadow ends, 3 where
+something touches the face, 0 elsewhere."""
+
 
 class RefinedMesh(Protocol):
     """A mesh of V vertices and T triangles that are parts of a source mesh's."""
@@ -41,6 +45,8 @@ class BakedMesh(RefinedMesh, Protocol):
 
     @property
     def object(self) -> int: ...
+    @property
+    def edge_line(self) -> NDArray[np.int8]: ...
     @property
     def corner_radiance(self) -> FloatArray: ...
     @property
@@ -89,6 +95,19 @@ def carry_edge_attribute(
     on_edge = source_edge >= 0
     values[baked_edge_of_corner[on_edge]] = attribute.values[source_edge[on_edge]]
     return Attribute(attribute.name, "EDGE", attribute.data_type, values, attribute.blends)
+
+
+def line_attribute(baked: BakedMesh, baked_edge_of_corner: IntArray, baked_edges: int) -> Attribute | None:
+    """The lines that the edges lie on, the strongest where the faces beside an edge differ; None without any."""
+    lines = baked.edge_line.reshape(-1)
+    corners = np.flatnonzero(lines)
+    if len(corners) == 0:
+        return None
+    values = np.zeros((baked_edges, 1), dtype=np.int32)
+    # The last one written stays.
+    corners = corners[np.argsort(lines[corners], kind="stable")]
+    values[baked_edge_of_corner[corners], 0] = lines[corners]
+    return Attribute(LINE, "EDGE", "INT8", values, blends=False)
 
 
 def carry_normals(surface: Surface, baked: RefinedMesh) -> FloatArray | None:

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .carry import BakedMesh
 from .lights import Floats
@@ -16,7 +19,18 @@ RADIOSITY = "Radiosity"
 DIRECT, INDIRECT = "Radiosity Direct", "Radiosity Indirect"
 """Names of those with its two parts."""
 
-LIGHT = frozenset({RADIOSITY, DIRECT, INDIRECT})
+VIEW = "Radiosity View"
+"""Name of the colour attribute that shows light on a screen, exposed or in false colours."""
+
+EXPORT = "Radiosity Export"
+"""Name of the colour attribute with light from 0 to 1 for programs that take no more."""
+
+HDR = "_RADIOSITY"
+"""Name of the attribute with all light in files: glTF wants an underscore and capitals."""
+
+LIGHT = frozenset({RADIOSITY, DIRECT, INDIRECT, VIEW, EXPORT, HDR})
+
+Linear = NDArray[np.floating[Any]]
 
 # A jump of light around a vertex that nobody would notice, as a share of the brightest light on the mesh: a step of
 # 8-bit colour is as large.
@@ -27,7 +41,9 @@ def light_attributes(baked: BakedMesh, settings: Settings) -> list[Attribute]:
     """The colour attributes of a baked mesh, opaque, the one with all light first."""
     attributes = []
     for name, radiance in _layers(baked):
-        rgb = _mean_at_vertices(radiance, baked) if settings.domain == "POINT" else radiance
+        rgb: Linear = _mean_at_vertices(radiance, baked) if settings.domain == "POINT" else radiance
+        if settings.colour_steps > 0:
+            rgb = in_steps(rgb, settings.colour_steps)
         rgba = np.ones((len(rgb), 4), dtype=np.float32)
         rgba[:, :3] = rgb
         attributes.append(Attribute(name, settings.domain, settings.data_type, rgba, blends=True))
@@ -44,13 +60,38 @@ def storage_losses(meshes: list[BakedMesh], settings: Settings) -> list[str]:
                 f"domain POINT: at {counts[:, 0].sum():,} of {counts[:, 1].sum():,} vertices the light differs around "
                 "the vertex, and its mean is kept; CORNER keeps each"
             )
-    if settings.data_type == "BYTE_COLOR":
+    if settings.data_type == "BYTE_COLOR" or settings.colour_steps > 0:
         brightest = [float(radiance.max(initial=0.0)) for baked in meshes for _, radiance in _layers(baked)]
         if max(brightest, default=0.0) > 1.0:
             losses.append(
-                f"data_type BYTE_COLOR: colours up to {max(brightest):.3g} were clipped at 1; FLOAT_COLOR keeps them"
+                f"{_storage_name(settings)}: colours up to {max(brightest):.3g} were clipped at 1; FLOAT_COLOR without "
+                "steps keeps them"
             )
     return losses
+
+
+def in_steps(rgb: Linear, steps: int) -> Floats:
+    """Scene-linear colours, each channel the nearest of so many from 0 to 1 that are evenly spread in sRGB."""
+    most = max(steps - 1, 1)
+    return srgb_decoded(np.round(srgb_encoded(np.clip(rgb, 0.0, 1.0)) * most) / most)
+
+
+def srgb_encoded(linear: Linear) -> Floats:
+    """IEC 61966-2-1, for values from 0 on."""
+    curved = 1.055 * np.maximum(linear, 0.0031308) ** (1.0 / 2.4) - 0.055
+    return np.asarray(np.where(linear <= 0.0031308, 12.92 * linear, curved))
+
+
+def srgb_decoded(encoded: Linear) -> Floats:
+    """The inverse of srgb_encoded."""
+    curved = ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4
+    return np.asarray(np.where(encoded <= 0.04045, encoded / 12.92, curved))
+
+
+def _storage_name(settings: Settings) -> str:
+    if settings.data_type == "BYTE_COLOR":
+        return "data_type BYTE_COLOR"
+    return f"colour_steps {settings.colour_steps}"
 
 
 def _layers(baked: BakedMesh) -> list[tuple[str, FloatArray]]:

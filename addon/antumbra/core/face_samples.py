@@ -60,7 +60,7 @@ def place_samples(surface: Surface, levels: IntArray) -> Samples:
     sources, barycentrics = [], []
     for level in np.unique(levels[levels > 0]):
         chosen = np.flatnonzero(levels == level)
-        nodes = _nodes(int(level))
+        nodes = nodes_of(int(level))
         sources.append(np.repeat(chosen, len(nodes)))
         barycentrics.append(np.tile(nodes, (len(chosen), 1, 1)))
     source = np.concatenate(sources or [np.empty(0, dtype=np.int64)]).astype(np.int32)
@@ -115,7 +115,7 @@ def rounded(reflectance: Floats, exitance: Floats) -> tuple[Floats, Floats]:
     return np.rint(reflectance * _STEPS) / _STEPS, np.rint(exitance / scale * _STEPS) / _STEPS * scale
 
 
-def _nodes(level: int) -> Floats:
+def nodes_of(level: int) -> Floats:
     """(level², 3, 3) barycentric coordinates of the samples of a triangle."""
     i, j = np.meshgrid(np.arange(level), np.arange(level), indexing="ij")
     upright = i + j < level

@@ -70,8 +70,8 @@ class Material:
     reflectance_rgb: tuple[float, float, float]
     exitance_rgb: tuple[float, float, float]
     """pi·L in W/m², on both sides."""
-    blocks: bool = True
-    """Whether light stops at it."""
+    transmittance_rgb: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Share of light that goes on straight behind it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +97,8 @@ class ObjectRecord:
     """Whether others get light from it."""
     face_materials: IntArray | None = None
     """(F,) index into SceneRecord.materials per face, where these tell more than the slots."""
+    varying_faces: NDArray[np.bool_] | None = None
+    """(F,) whether colours vary over the face, whose material is their mean; None where none do."""
 
     def triangle_materials(self) -> IntArray:
         """(T,) indices into SceneRecord.materials."""
@@ -105,6 +107,27 @@ class ObjectRecord:
         slots = np.clip(self.surface.face_materials, 0, len(self.slot_materials) - 1)
         materials = np.asarray(self.slot_materials, dtype=np.int32)
         return np.asarray(materials[slots][self.surface.triangle_faces], dtype=np.int32)
+
+
+@dataclass(frozen=True, slots=True)
+class Linked:
+    """Objects that are linked to a light: some of the scene, or all but some."""
+
+    uids: frozenset[int]
+    """session_uids of objects, which stand for their instances."""
+    all_but: bool
+
+    def among(self, objects: list[ObjectRecord]) -> list[int]:
+        """Their places in the list."""
+        return [index for index, each in enumerate(objects) if (each.owner_uid in self.uids) != self.all_but]
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """What a light has to do with; None stands for everything."""
+
+    lit: Linked | None = None
+    blocking: Linked | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +141,7 @@ class AreaLight:
     spread: float = math.pi
     """The full angle that its light is kept to, radians."""
     casts_shadows: bool = True
+    links: Links = Links()
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +155,7 @@ class Sun:
     irradiance_rgb: tuple[float, float, float]
     """W/m² on what faces it."""
     casts_shadows: bool
+    links: Links = Links()
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +183,7 @@ class PointLight:
     """W/sr."""
     casts_shadows: bool
     cone: Cone | None = None
+    links: Links = Links()
 
 
 @dataclass(frozen=True, slots=True)

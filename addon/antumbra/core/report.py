@@ -52,3 +52,22 @@ def assemble(settings: Settings, solver_report: str, timings: Timings, warnings:
         "result": solver["result"],
         "warnings": warnings + list(solver["warnings"]),
     }
+
+
+# A share of the work from which the rest can be told, and the time that takes; before, it is a guess about nothing.
+_KNOWN_SHARE, _KNOWN_S = 0.05, 2.0
+
+
+def remaining_text(fraction: float, elapsed_s: float) -> str:
+    """How long the rest takes if it goes on like this, for people; empty while that cannot be told."""
+    if fraction < _KNOWN_SHARE or elapsed_s < _KNOWN_S or fraction >= 1.0:
+        return ""
+    seconds = elapsed_s * (1.0 - fraction) / fraction
+    if seconds < 90.0:
+        return f"{max(5 * round(seconds / 5.0), 5)} s left"
+    return f"{round(seconds / 60.0)} min left"
+
+
+def sentence(text: str) -> str:
+    """A message as a sentence stands: with a capital first."""
+    return text[:1].upper() + text[1:]

@@ -11,7 +11,8 @@ from ..bridge import running
 from ..bridge.host import new_bake
 from ..bridge.properties import settings_of
 from ..bridge.surroundings import scene_of
-from ..core.errors import BakeError, CancelledError
+from ..core.errors import BakeError
+from ..core.report import sentence
 
 Result = set[Any]
 
@@ -33,11 +34,18 @@ class ANTUMBRA_OT_bake(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event | None) -> Result:
         if bpy.app.background:
             return self.execute(context)
+        window = context.window
+        if window is not None:
+            # Reading a large scene takes as long as a render takes to begin.
+            window.cursor_set("WAIT")
         try:
             scene = scene_of(context)
             running.start(new_bake(settings_of(scene)), scene)
         except BakeError as error:
             return _refuse(self, error)
+        finally:
+            if window is not None:
+                window.cursor_set("DEFAULT")
         # Handled, but nothing is done yet: the undo step belongs to the operator that writes the result.
         return {"INTERFACE"}
 
@@ -66,9 +74,6 @@ class ANTUMBRA_OT_finish_bake(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> Result:
         try:
             report = running.take().finish()
-        except CancelledError:
-            running.note_outcome("INFO", ["Cancelled; nothing was changed"])
-            return {"CANCELLED"}
         except BakeError as error:
             return _refuse(self, error)
         return _finish(self, report)
@@ -107,7 +112,7 @@ class ANTUMBRA_OT_cancel_bake(bpy.types.Operator):
 
 
 def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
-    message = _sentence(str(error))
+    message = sentence(str(error))
     running.note_outcome("CANCEL", [message])
     operator.report({"ERROR"}, message)
     return {"CANCELLED"}
@@ -115,13 +120,9 @@ def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
 
 def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
     for warning in report["warnings"]:
-        operator.report({"WARNING"}, _sentence(warning))
+        operator.report({"WARNING"}, sentence(warning))
     running.last_report = report
     icon, lines = running.outcome_of(report)
-    running.note_outcome(icon, [_sentence(line) for line in lines])
+    running.note_outcome(icon, [sentence(line) for line in lines])
     operator.report({"INFO"}, f"Baked {lines[0]}")
     return {"FINISHED"}
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]

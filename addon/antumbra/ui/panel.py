@@ -8,10 +8,20 @@ from typing import Any
 
 import bpy
 
-from ..bridge import running
-from ..bridge.properties import state_of
+from ..bridge import preflight, running
+from ..bridge.properties import settings_of, state_of
 from ..bridge.surroundings import scene_of
-from ..operators import ANTUMBRA_OT_bake, ANTUMBRA_OT_remove_bake, ANTUMBRA_OT_show_report
+from ..core.preflight import estimate_texts
+from ..core.presets import PRESETS, preset_of
+from ..core.report import sentence
+from ..operators import (
+    ANTUMBRA_OT_bake,
+    ANTUMBRA_OT_check_scene,
+    ANTUMBRA_OT_preset,
+    ANTUMBRA_OT_remove_bake,
+    ANTUMBRA_OT_select_finding,
+    ANTUMBRA_OT_show_report,
+)
 from .status_bar import draw_progress
 
 # Average width of a letter of Blender's interface font at scale 1, in pixels; a little large, so nothing is cut off.
@@ -27,7 +37,7 @@ class _RenderPanel:
 
 
 class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
-    """The settings that matter most, and the button."""
+    """The button, and what one sets each time."""
 
     bl_label = "Antumbra Radiosity"
 
@@ -43,63 +53,98 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
                 layout.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
         column = _property_column(layout)
         column.prop(settings, "receivers")
-        column.prop(settings, "output")
-        column.prop(settings, "quantity")
-        column.prop(settings, "metals")
-        column.separator()
-        column.prop(settings, "method")
-        column.prop(settings, "tolerance")
+        preset = preset_of(settings_of(scene_of(context)))
+        row = column.split(factor=0.4)
+        row.alignment = "RIGHT"
+        row.label(text="Preset")
+        label = "Custom" if preset is None else PRESETS[preset].label
+        row.operator_menu_enum(ANTUMBRA_OT_preset.bl_idname, "preset", text=label)
         if any(state_of(obj).role != "NONE" for obj in scene_of(context).objects):
             layout.operator(ANTUMBRA_OT_remove_bake.bl_idname, icon="TRASH")
 
 
-class ANTUMBRA_PT_mesh(_RenderPanel, bpy.types.Panel):
-    """How fine the mesh may become."""
+class ANTUMBRA_PT_check(_RenderPanel, bpy.types.Panel):
+    """What would go wrong, and what it would take."""
 
-    bl_label = "Mesh"
+    bl_label = "Before the Bake"
     bl_parent_id = "ANTUMBRA_PT_bake"
-    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout: Any = self.layout
+        layout.operator(ANTUMBRA_OT_check_scene.bl_idname, icon="VIEWZOOM")
+        found = preflight.last_of(scene_of(context))
+        if found is None:
+            return
+        if not found.findings:
+            layout.label(text="Nothing stands in the way", icon="CHECKMARK")
+        for index, finding in enumerate(found.findings):
+            icon = {"ERROR": "CANCEL", "WARNING": "ERROR"}.get(finding.level, "INFO")
+            row = layout.row(align=True)
+            _draw_text(row.column(align=True), context, sentence(finding.text), icon, margin=5)
+            if finding.objects:
+                operator = row.operator(
+                    ANTUMBRA_OT_select_finding.bl_idname, text="", icon="RESTRICT_SELECT_OFF", emboss=False
+                )
+                operator.finding = index
+        if found.estimate is not None:
+            column = layout.column(align=True)
+            for text, icon in zip(estimate_texts(found.estimate), ("MESH_DATA", "TIME", "MEMORY"), strict=True):
+                column.label(text=text, icon=icon)
+
+
+class ANTUMBRA_PT_quality(_RenderPanel, bpy.types.Panel):
+    """How exact the light is, and how large the mesh may become."""
+
+    bl_label = "Quality"
+    bl_parent_id = "ANTUMBRA_PT_bake"
 
     def draw(self, context: bpy.types.Context) -> None:
         column = _property_column(self.layout)
         settings = _settings(context)
-        column.prop(settings, "element_size")
-        column.prop(settings, "max_level")
-        column.prop(settings, "max_blockers")
-        column.prop(settings, "transport")
+        column.prop(settings, "tolerance")
+        column.prop(settings, "triangle_budget")
+        column.prop(settings, "time_limit")
 
 
-class ANTUMBRA_PT_attributes(_RenderPanel, bpy.types.Panel):
-    """What is stored, and how."""
+class ANTUMBRA_PT_output(_RenderPanel, bpy.types.Panel):
+    """Where the light goes, and how it is stored."""
 
-    bl_label = "Colour Attributes"
+    bl_label = "Output"
     bl_parent_id = "ANTUMBRA_PT_bake"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         column = _property_column(self.layout)
         settings = _settings(context)
+        column.prop(settings, "output")
+        column.prop(settings, "quantity")
+        column.separator()
         column.prop(settings, "layers")
         column.prop(settings, "data_type")
         column.prop(settings, "domain")
+        column.prop(settings, "colour_steps")
 
 
-class ANTUMBRA_PT_limits(_RenderPanel, bpy.types.Panel):
-    """When to stop at the latest."""
+class ANTUMBRA_PT_advanced(_RenderPanel, bpy.types.Panel):
+    """What hardly anybody needs."""
 
-    bl_label = "Limits"
+    bl_label = "Advanced"
     bl_parent_id = "ANTUMBRA_PT_bake"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         column = _property_column(self.layout)
         settings = _settings(context)
-        column.prop(settings, "time_limit")
-        column.prop(settings, "triangle_budget")
+        column.prop(settings, "metals")
+        column.prop(settings, "method")
+        column.prop(settings, "transport")
+        column.separator()
+        column.prop(settings, "element_size")
+        column.prop(settings, "max_level")
+        column.prop(settings, "max_blockers")
         column.prop(settings, "verify_points")
 
 
-CLASSES = (ANTUMBRA_PT_bake, ANTUMBRA_PT_attributes, ANTUMBRA_PT_mesh, ANTUMBRA_PT_limits)
+CLASSES = (ANTUMBRA_PT_bake, ANTUMBRA_PT_check, ANTUMBRA_PT_quality, ANTUMBRA_PT_output, ANTUMBRA_PT_advanced)
 
 
 def register() -> None:
@@ -128,12 +173,18 @@ def _draw_outcome(layout: Any, context: bpy.types.Context) -> None:
     outcome = running.last_outcome
     if outcome is None:
         return
-    preferences: Any = context.preferences
-    region: Any = context.region
-    letters = max(20, int(region.width / (_LETTER_WIDTH * preferences.system.ui_scale)) - 7)
     column = layout.column(align=True)
     icon = outcome.icon
     for line in outcome.lines:
-        for piece in textwrap.wrap(line, letters):
-            column.label(text=piece, icon=icon)
-            icon = "BLANK1"
+        _draw_text(column, context, line, icon)
+        icon = "BLANK1"
+
+
+def _draw_text(column: Any, context: bpy.types.Context, text: str, icon: str, margin: int = 0) -> None:
+    """A sentence in as many lines as the panel's width needs, with this many letters' room left beside it."""
+    preferences: Any = context.preferences
+    region: Any = context.region
+    letters = max(16, int(region.width / (_LETTER_WIDTH * preferences.system.ui_scale)) - 7 - margin)
+    for piece in textwrap.wrap(text, letters):
+        column.label(text=piece, icon=icon, translate=False)
+        icon = "BLANK1"

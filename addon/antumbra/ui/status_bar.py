@@ -8,6 +8,8 @@ from typing import Any
 import bpy
 
 from ..bridge import running
+from ..core.bake import Progress
+from ..core.report import remaining_text
 from ..operators import ANTUMBRA_OT_cancel_bake, ANTUMBRA_OT_stop_bake
 
 
@@ -15,7 +17,7 @@ def _draw(header: Any, _context: bpy.types.Context) -> None:
     if running.is_running():
         row = header.layout.row(align=True)
         row.label(text="Antumbra")
-        draw_progress(row, width_units=10)
+        draw_progress(row, width_units=13)
 
 
 def draw_progress(row: Any, width_units: float = 0.0) -> None:
@@ -24,14 +26,21 @@ def draw_progress(row: Any, width_units: float = 0.0) -> None:
     if progress is None:
         return
     waiting = running.waiting_for()
-    text = waiting or f"{progress.fraction:.0%} {progress.stage}"
+    text = waiting or _progress_text(progress)
     bar = row.row()
     # What a finished bake waits for takes a whole sentence.
-    bar.ui_units_x = width_units + 6 if width_units and waiting else width_units
+    bar.ui_units_x = width_units + 3 if width_units and waiting else width_units
     bar.progress(factor=progress.fraction, text=text)
     if not waiting:
         row.operator(ANTUMBRA_OT_stop_bake.bl_idname, text="", icon="CHECKMARK")
     row.operator(ANTUMBRA_OT_cancel_bake.bl_idname, text="", icon="X")
+
+
+def _progress_text(progress: Progress) -> str:
+    if running.is_ending():
+        return "Ending"
+    left = remaining_text(progress.fraction, running.elapsed_s())
+    return f"{progress.fraction:.0%} {progress.stage}" + (f", {left}" if left else "")
 
 
 def register() -> None:

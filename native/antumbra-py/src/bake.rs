@@ -22,10 +22,14 @@ impl Bake {
     pub(crate) fn new(py: Python<'_>, bake: weld::Bake) -> PyResult<Self> {
         let report =
             serde_json::to_string(&bake.report).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let meshes = bake.meshes.into_iter().map(|mesh| Py::new(py, BakedMesh::new(py, mesh)?));
-        let meshes = meshes.collect::<PyResult<Vec<_>>>()?;
-        Ok(Self { meshes: PyList::new(py, meshes)?.unbind(), report })
+        Ok(Self { meshes: list_of_meshes(py, bake.meshes)?, report })
     }
+}
+
+/// Meshes for Python.
+pub(crate) fn list_of_meshes(py: Python<'_>, meshes: Vec<weld::BakedMesh>) -> PyResult<Py<PyList>> {
+    let meshes = meshes.into_iter().map(|mesh| Py::new(py, BakedMesh::new(py, mesh)?));
+    Ok(PyList::new(py, meshes.collect::<PyResult<Vec<_>>>()?)?.unbind())
 }
 
 /// A refined triangle mesh; see `antumbra_native.pyi` for what each array means.
@@ -39,6 +43,7 @@ pub(crate) struct BakedMesh {
     source_triangle: Py<PyArray1<i32>>,
     corner_barycentric: Py<PyArray3<f64>>,
     source_edge: Py<PyArray2<i8>>,
+    edge_line: Py<PyArray2<i8>>,
     corner_radiance: Py<PyArray3<f32>>,
     corner_direct: Option<Py<PyArray3<f32>>>,
     corner_indirect: Option<Py<PyArray3<f32>>>,
@@ -71,6 +76,7 @@ impl BakedMesh {
             source_triangle: into_numpy(py, mesh.source_triangle, [triangles])?,
             corner_barycentric: into_numpy(py, mesh.corner_barycentric, [triangles, 3, 3])?,
             source_edge: into_numpy(py, mesh.source_edge, [triangles, 3])?,
+            edge_line: into_numpy(py, mesh.edge_line, [triangles, 3])?,
             corner_radiance: into_numpy(py, mesh.corner_radiance, [triangles, 3, 3])?,
             corner_direct,
             corner_indirect,

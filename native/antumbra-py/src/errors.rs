@@ -63,9 +63,11 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
             invalid_scene(py, message, Some(object), None)
         }
         Error::ReflectanceOutOfRange { .. }
+        | Error::TransmittanceOutOfRange { .. }
         | Error::ExitanceInvalid { .. }
         | Error::LightNotFinite { .. }
         | Error::LightOutOfRange { .. }
+        | Error::LinkOutOfRange { .. }
         | Error::SkyCells { .. }
         | Error::EndlessLight { .. } => invalid_scene(py, message, None, None),
         Error::NoLight => NoLightError::new_err(message),

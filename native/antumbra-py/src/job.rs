@@ -12,8 +12,9 @@ use antumbra::scene::SceneInput;
 use antumbra::settings::Settings;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 
-use crate::bake::Bake;
+use crate::bake::{Bake, list_of_meshes};
 use crate::detach::leave_python;
 use crate::errors::{SolverPanicError, to_python};
 
@@ -102,6 +103,13 @@ impl Job {
     /// Asks the bake to finish with what it has.
     fn stop(&self) {
         self.monitor.stop();
+    }
+
+    /// The mesh and its light as they were at a stage of the bake, or `None` when there is nothing new.
+    ///
+    /// Asking is what makes the solver keep the next one: a bake that nobody watches costs nothing.
+    fn preview(&self, py: Python<'_>) -> PyResult<Option<Py<PyList>>> {
+        self.monitor.preview().map(|meshes| list_of_meshes(py, meshes)).transpose()
     }
 
     /// Whether `result()` would return or raise at once.

@@ -30,8 +30,10 @@ impl Scene {
         self.input.lock().expect("nothing panics under this lock; this is a bug in antumbra")
     }
 
-    fn add_lamp(&self, name: String, casts_shadows: bool, shape: LampShape) -> PyResult<()> {
-        self.push(|input| &mut input.lamps, LampInput { name, casts_shadows, shape })?;
+    fn add_lamp(&self, name: String, casts_shadows: bool, links: Links, shape: LampShape) -> PyResult<()> {
+        let Links { lit_objects, blocking_objects } = links;
+        let lamp = LampInput { name, casts_shadows, lit_objects, blocking_objects, shape };
+        self.push(|input| &mut input.lamps, lamp)?;
         Ok(())
     }
 
@@ -44,6 +46,12 @@ impl Scene {
     }
 }
 
+/// The objects that a light has to do with, by the numbers that `add_object` returned; all where there are none given.
+struct Links {
+    lit_objects: Option<Vec<u32>>,
+    blocking_objects: Option<Vec<u32>>,
+}
+
 #[pymethods]
 impl Scene {
     #[new]
@@ -52,15 +60,20 @@ impl Scene {
     }
 
     /// Adds a diffuse material, rgb and scene-linear; exitance is `pi` times the emitted radiance, in W/m².
-    #[pyo3(signature = (name, reflectance, exitance, *, blocks = true))]
+    #[pyo3(signature = (name, reflectance, exitance, *, transmittance = [0.0; 3]))]
     fn add_material(
         &self,
         name: String,
         reflectance: [f64; 3],
         exitance: [f64; 3],
-        blocks: bool,
+        transmittance: [f64; 3],
     ) -> PyResult<usize> {
-        let material = MaterialInput { name, reflectance_rgb: reflectance, exitance_rgb: exitance, blocks };
+        let material = MaterialInput {
+            name,
+            reflectance_rgb: reflectance,
+            exitance_rgb: exitance,
+            transmittance_rgb: transmittance,
+        };
         self.push(|input| &mut input.materials, material)
     }
 
@@ -119,7 +132,11 @@ impl Scene {
     }
 
     /// Adds a flat one-sided light; its convex outline is in world space, counter-clockwise seen from the lit side.
-    #[pyo3(signature = (name, outline, exitance, spread=std::f64::consts::PI, casts_shadows=true))]
+    #[expect(clippy::too_many_arguments, reason = "what Blender's lights have, given by name in Python")]
+    #[pyo3(signature = (
+        name, outline, exitance, spread=std::f64::consts::PI, casts_shadows=true, *, lit_objects=None,
+        blocking_objects=None
+    ))]
     fn add_area_light(
         &self,
         name: String,
@@ -127,19 +144,31 @@ impl Scene {
         exitance: [f64; 3],
         spread: f64,
         casts_shadows: bool,
+        lit_objects: Option<Vec<u32>>,
+        blocking_objects: Option<Vec<u32>>,
     ) -> PyResult<()> {
         let outline = floats::<3>(outline, &Expected::of(&name, "outline", &[None, Some(3)]))?;
         let outline = cast_vec::<[f64; 3], DVec3>(outline);
         // All of a plain one's light is sent as one surface's.
-        if spread == std::f64::consts::PI && casts_shadows {
+        let is_linked = lit_objects.is_some() || blocking_objects.is_some();
+        if spread == std::f64::consts::PI && casts_shadows && !is_linked {
             self.push(|input| &mut input.lights, AreaLightInput { name, outline, exitance_rgb: exitance })?;
             return Ok(());
         }
-        self.add_lamp(name, casts_shadows, LampShape::Panel { outline, exitance_rgb: exitance, spread })
+        let links = Links { lit_objects, blocking_objects };
+        self.add_lamp(
+            name,
+            casts_shadows,
+            links,
+            LampShape::Panel { outline, exitance_rgb: exitance, spread },
+        )
     }
 
     /// Adds a sun; `direction` is towards it, `irradiance` what faces it gets.
-    #[pyo3(signature = (name, direction, angle, irradiance, casts_shadows=true))]
+    #[expect(clippy::too_many_arguments, reason = "what Blender's lights have, given by name in Python")]
+    #[pyo3(signature = (
+        name, direction, angle, irradiance, casts_shadows=true, *, lit_objects=None, blocking_objects=None
+    ))]
     fn add_sun(
         &self,
         name: String,
@@ -147,14 +176,20 @@ impl Scene {
         angle: f64,
         irradiance: [f64; 3],
         casts_shadows: bool,
+        lit_objects: Option<Vec<u32>>,
+        blocking_objects: Option<Vec<u32>>,
     ) -> PyResult<()> {
         let direction = DVec3::from_array(direction);
-        self.add_lamp(name, casts_shadows, LampShape::Sun { direction, angle, irradiance_rgb: irradiance })
+        let shape = LampShape::Sun { direction, angle, irradiance_rgb: irradiance };
+        self.add_lamp(name, casts_shadows, Links { lit_objects, blocking_objects }, shape)
     }
 
     /// Adds a light from a point, or, with a radius, from a disc that faces its receiver or a sphere; with a cone, a spot.
     #[expect(clippy::too_many_arguments, reason = "what Blender's lights have, given by name in Python")]
-    #[pyo3(signature = (name, position, radius, intensity, faces_receiver=true, casts_shadows=true, cone=None))]
+    #[pyo3(signature = (
+        name, position, radius, intensity, faces_receiver=true, casts_shadows=true, cone=None, *, lit_objects=None,
+        blocking_objects=None
+    ))]
     fn add_point_light(
         &self,
         name: String,
@@ -164,6 +199,8 @@ impl Scene {
         faces_receiver: bool,
         casts_shadows: bool,
         cone: Option<(Bound<'_, PyAny>, f64, f64)>,
+        lit_objects: Option<Vec<u32>>,
+        blocking_objects: Option<Vec<u32>>,
     ) -> PyResult<()> {
         let cone = cone
             .map(|(matrix, angle, blend)| -> PyResult<ConeInput> {
@@ -175,7 +212,7 @@ impl Scene {
             .transpose()?;
         let position = DVec3::from_array(position);
         let shape = LampShape::Point { position, radius, faces_receiver, intensity_rgb: intensity, cone };
-        self.add_lamp(name, casts_shadows, shape)
+        self.add_lamp(name, casts_shadows, Links { lit_objects, blocking_objects }, shape)
     }
 
     /// Sets what shines from all around: exitance on six faces of a cube of directions, in cells.

@@ -67,7 +67,7 @@ fn light() -> ConvexPolygon {
 fn receivers() -> Vec<Receiver> {
     (0..64)
         .map(|i| DVec3::new(2.0 * spread(i, 0) - 1.0, 2.0 * spread(i, 1) - 1.0, 0.0))
-        .map(|position| Receiver { position, normal: DVec3::Z })
+        .map(|position| Receiver::new(position, DVec3::Z))
         .collect()
 }
 

@@ -10,9 +10,11 @@ use crate::adapt::fit::fitted;
 use crate::adapt::refinement::{Layer, Refinable, Refinement};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
+use crate::mesh::arrangement::LineKind;
 use crate::mesh::{Corner, Quartering, Sample, Side, Tessellation, anchored};
 use crate::scene::world::World;
 use crate::transport::gather::{Gather, Lit, rms};
+use crate::visibility::Receiver;
 
 /// How the mesh is refined.
 pub(crate) enum DisplayMesh<'a> {
@@ -29,6 +31,14 @@ pub(crate) enum Light {
     Direct,
     /// What surfaces reflect.
     Indirect,
+}
+
+/// A triangle of the mesh that is shown.
+pub(crate) struct Shown {
+    pub(crate) face: FaceId,
+    pub(crate) corners: [Corner; 3],
+    /// Per edge (corner k to k + 1): the line it lies on.
+    pub(crate) lines: [Option<LineKind>; 3],
 }
 
 /// The mesh that is shown, with its light.
@@ -109,10 +119,9 @@ impl<'a> Display<'a> {
         gather: &Gather,
         even: f64,
     ) -> Result<(), Error> {
-        let areas = match (gather.sources, &self.mesh) {
-            (Lit::Sources(_), _) => Vec::new(),
-            (Lit::Around(_), DisplayMesh::Quartered(mesh)) => sample_areas(mesh),
-            (Lit::Around(_), DisplayMesh::Tessellated(mesh)) => sample_areas(mesh),
+        let areas = match gather.sources {
+            Lit::Sources(_) => Vec::new(),
+            Lit::Around(_) => self.sample_areas(),
         };
         let samples = self.samples();
         let mut irradiance = known;
@@ -129,8 +138,9 @@ impl<'a> Display<'a> {
         let last = generation.iter().copied().max().unwrap_or(0);
         let mut by_generation = vec![Vec::new(); last as usize + 1];
         (first..samples.len()).for_each(|index| by_generation[generation[index] as usize].push(index));
-        // Samples without parents have nothing to fall back on: they are waited for even when the time is up.
-        let patient = Gather { ends: &|| false, ..*gather };
+        // Samples without parents have nothing to fall back on: they are waited for even when the time is up, but not by
+        // somebody who wants none of it.
+        let patient = Gather { ends: &|| gather.monitor.is_cancelled(), ..*gather };
         for (generation, members) in by_generation.into_iter().enumerate() {
             let mut uneven = Vec::new();
             for index in members {
@@ -208,24 +218,30 @@ impl<'a> Display<'a> {
         let at = |corner: &Corner| {
             0.5 * (irradiance[corner.samples[0].index()] + irradiance[corner.samples[1].index()])
         };
-        for (face, corners) in self.triangles() {
+        for Shown { face, corners, .. } in self.triangles() {
             emit(face, corners.each_ref().map(|c| c.barycentric), corners.each_ref().map(at));
         }
     }
 
     /// All triangles of the mesh as it is shown, face by face.
-    pub(crate) fn triangles(&self) -> Vec<(FaceId, [Corner; 3])> {
+    pub(crate) fn triangles(&self) -> Vec<Shown> {
         let mut triangles = Vec::new();
         match &self.mesh {
             DisplayMesh::Quartered(Quartering { mesh, world, .. }) => {
                 for face in FaceId::range(0..world.faces.len()).filter(|&face| world.receives(face)) {
-                    anchored(mesh, ElementId::new(face.index()), |corners| triangles.push((face, corners)));
+                    anchored(mesh, ElementId::new(face.index()), |corners| {
+                        triangles.push(Shown { face, corners, lines: [None; 3] });
+                    });
                 }
             }
             DisplayMesh::Tessellated(mesh) => {
                 let live = mesh.tiles.iter().filter(|tile| tile.live);
-                triangles.extend(live.map(|tile| (tile.face, Tessellation::corners(tile))));
-                triangles.sort_by_key(|(face, _)| *face);
+                triangles.extend(live.map(|tile| Shown {
+                    face: tile.face,
+                    corners: Tessellation::corners(tile),
+                    lines: tile.lines,
+                }));
+                triangles.sort_by_key(|shown| shown.face);
             }
         }
         triangles
@@ -253,6 +269,19 @@ impl<'a> Display<'a> {
         match &self.mesh {
             DisplayMesh::Quartered(mesh) => mesh.triangles(),
             DisplayMesh::Tessellated(mesh) => mesh.triangles(),
+        }
+    }
+
+    /// Where light is gathered.
+    pub(crate) fn receivers(&self) -> Vec<Receiver> {
+        self.samples().iter().map(|sample| sample.receiver(Side::Front)).collect()
+    }
+
+    /// The area that each sample stands for, m².
+    pub(crate) fn sample_areas(&self) -> Vec<f64> {
+        match &self.mesh {
+            DisplayMesh::Quartered(mesh) => sample_areas(mesh),
+            DisplayMesh::Tessellated(mesh) => sample_areas(mesh),
         }
     }
 

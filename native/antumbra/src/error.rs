@@ -34,6 +34,9 @@ pub enum Error {
     /// A reflectance outside 0..1 would create light.
     #[error("material “{material}”: reflectance {value} ({channel}) is outside 0 to 1")]
     ReflectanceOutOfRange { material: String, channel: &'static str, value: f64 },
+    /// A transmittance outside 0..1 would create light.
+    #[error("material “{material}”: transmittance {value} ({channel}) is outside 0 to 1")]
+    TransmittanceOutOfRange { material: String, channel: &'static str, value: f64 },
     /// An emission that is NaN, infinite or, for a surface, negative.
     #[error("material “{material}”: emission {value} ({channel}) is not a finite number of at least 0")]
     ExitanceInvalid { material: String, channel: &'static str, value: f64 },
@@ -43,6 +46,9 @@ pub enum Error {
     /// A size or an angle of a light that is outside its range.
     #[error("light “{light}”: its {what} {value} is outside 0 to {most}")]
     LightOutOfRange { light: String, what: &'static str, value: f64, most: f64 },
+    /// A light is linked to an object that is not there.
+    #[error("light “{light}” is linked to object {object}, but there are only {objects}")]
+    LinkOutOfRange { light: String, object: u32, objects: usize },
     /// A sky that is not six squares of cells, a power of two along each side.
     #[error("light “{light}”: {got} cells are no six squares of {per_side} by {per_side}, a power of two")]
     SkyCells { light: String, got: usize, per_side: usize },

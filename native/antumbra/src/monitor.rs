@@ -1,9 +1,10 @@
 //! The thread-safe window through which a caller watches, stops or cancels a bake.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use crate::error::Error;
+use crate::weld::BakedMesh;
 
 /// What the solver is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -11,6 +12,10 @@ pub enum Stage {
     /// Validating the scene and building the search tree.
     #[default]
     Preparing,
+    /// Finding out which surfaces see each other.
+    Linking,
+    /// Looking for the shadow boundaries that can be noticed.
+    Lines,
     /// Shooting light and refining the mesh.
     Shooting,
     /// Anchoring the mesh and collecting its colours.
@@ -26,6 +31,8 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Self::Preparing => "preparing",
+            Self::Linking => "linking surfaces",
+            Self::Lines => "finding shadow boundaries",
             Self::Shooting => "shooting light",
             Self::Welding => "welding",
             Self::Verifying => "verifying",
@@ -58,6 +65,8 @@ const CANCEL: u8 = 2;
 pub struct Monitor {
     wish: AtomicU8,
     progress: Mutex<Progress>,
+    wants_preview: AtomicBool,
+    preview: Mutex<Option<Vec<BakedMesh>>>,
 }
 
 impl Monitor {
@@ -83,6 +92,24 @@ impl Monitor {
     /// Never in practice: no code panics while it holds the lock.
     pub fn progress(&self) -> Progress {
         *self.progress.lock().expect("nothing panics under this lock; this is a bug in antumbra")
+    }
+
+    /// The mesh and its light as they were at a stage of the bake, each only once; and asks for the next one.
+    ///
+    /// # Panics
+    /// Never in practice: no code panics while it holds the lock.
+    pub fn preview(&self) -> Option<Vec<BakedMesh>> {
+        self.wants_preview.store(true, Ordering::Relaxed);
+        self.preview.lock().expect("nothing panics under this lock; this is a bug in antumbra").take()
+    }
+
+    /// Shows what there is when somebody asked for it since the last time.
+    pub(crate) fn show(&self, meshes: impl FnOnce() -> Vec<BakedMesh>) {
+        if self.wants_preview.swap(false, Ordering::Relaxed) {
+            let meshes = meshes();
+            *self.preview.lock().expect("nothing panics under this lock; this is a bug in antumbra") =
+                Some(meshes);
+        }
     }
 
     pub(crate) fn report(&self, progress: Progress) {

@@ -25,14 +25,13 @@ use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings, Transport};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::{Gather, Lit};
+use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hierarchical::Hierarchical;
-use crate::transport::looking::{Looking, patches_that_look_around};
+use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
-use crate::transport::sources::{Emitters, blocking_polygons};
+use crate::transport::sources::{Emitters, blockers};
 use crate::verify::{Baked, Verifier};
-use crate::visibility::blockers::Blockers;
 use crate::weld::{Bake, weld};
 
 /// Share of the wanted error that refinement for the emitters may leave by its own estimate. Errors add up in quadrature,
@@ -42,6 +41,9 @@ const SHARE_OF_EMITTERS: f64 = 0.4;
 
 /// The same for refinement for what patches reflect.
 const SHARE_OF_PATCHES: f64 = 0.4;
+
+/// The same for the noise of rays.
+const SHARE_OF_RAYS: f64 = 0.4;
 
 /// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
 /// ones that one waits for.
@@ -59,6 +61,14 @@ const LINES_OF_CROWDS: f64 = 0.03;
 /// Contacts shorter than this, in patches, do not divide patches: what leaks under such a thing is a sixteenth of a
 /// patch's area.
 const SMALL_CONTACT: f64 = 0.25;
+
+/// The same where patches look around: between the parts of a sofa that are pushed into each other it is dark, and they
+/// meet in many short lines.
+const LEAST_CONTACT: f64 = 1.0 / 64.0;
+
+/// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
+/// corner of a larger element knows of would be looked for in a few places only.
+const LONGEST_OF_CROWDS: f64 = 8.0;
 
 /// Bakes a scene. The result does not depend on the number of threads.
 ///
@@ -86,7 +96,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if emitters.lights == 0 {
         return Err(Error::NoLight);
     }
-    let mut blockers = Blockers::new(blocking_polygons(&world), world.diagonal);
+    let mut blockers = blockers(&world);
     let plan = Plan::new(&world, &emitters, blockers.polygons(), settings.anyway);
     blockers.hide_nothing(plan.hide_nothing());
     if settings.anyway.open_visibility {
@@ -95,6 +105,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
     let mut solver = Solver {
+        input,
         world: &world,
         settings,
         monitor,
@@ -175,6 +186,7 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
 
 /// One solution on its way.
 struct Solver<'a> {
+    input: &'a SceneInput,
     world: &'a World,
     settings: &'a Settings,
     monitor: &'a Monitor,
@@ -207,11 +219,17 @@ impl<'a> Solver<'a> {
         let ends = move || ends(monitor, deadline);
 
         // Emitters shoot
-        let sizes = Sizes::new(self.world, self.settings);
-        let patches = self.patch_mesh(sizes);
+        let mut sizes = Sizes::new(self.world, self.settings);
+        self.begin(Stage::Linking);
+        let patches = self.patch_mesh(sizes, &ends);
+        self.monitor.check()?;
+        if self.transport_mode == Transport::Rays && self.settings.element_size == 0.0 {
+            sizes.element = sizes.element.min(LONGEST_OF_CROWDS * patches.patch_size);
+        }
         let coarse = patches.mesh.clone();
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
+        self.begin(Stage::Lines);
         let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
         let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
@@ -234,6 +252,7 @@ impl<'a> Solver<'a> {
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
             let held_back = display.refine_for_emitters(&refinement)?;
+            self.show(&display);
             // What is kept for the patches' light is not out of budget.
             self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
         }
@@ -266,18 +285,23 @@ impl<'a> Solver<'a> {
         }
 
         // Refine the mesh for their light
-        let reflected = exchange.lit();
+        let mut reflected = exchange.lit();
         let wanted_error = exchange.wanted_error();
+        let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
+        if let Reflected::Around(surroundings) = &mut reflected {
+            let wanted = SHARE_OF_RAYS * wanted_error / brightest;
+            surroundings.aim_at(wanted, &display.receivers(), &display.sample_areas());
+        }
         let gather = self.gather(reflected.lit(), wanted_error, &ends);
         let hidden = match reflected.lit() {
             Lit::Sources(_) => Hidden::Nowhere,
-            Lit::Around(_) => Hidden::Crevices,
+            Lit::Around(_) => Hidden::Crevices { mean_radiosity: wanted_error / self.settings.tolerance },
         };
         let known = exchange.indirect_at(shared_samples(&display.mesh));
-        let brightest = self.shown.iter().map(|shown| shown.max_element()).fold(0.0, f64::max);
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
         self.watch(&display, &exchange);
+        self.show(&display);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
@@ -340,18 +364,21 @@ impl<'a> Solver<'a> {
 
     /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
     /// its mean would carry light there.
-    fn patch_mesh(&self, sizes: Sizes) -> PatchMesh {
-        if self.transport_mode == Transport::Rays {
-            return patches_that_look_around(self.world, self.form_factors.blockers);
-        }
+    fn patch_mesh(&self, sizes: Sizes, ends: &(dyn Fn() -> bool + Sync)) -> PatchMesh {
+        let (world, blockers) = (self.world, self.form_factors.blockers);
+        let look_around = self.transport_mode == Transport::Rays;
+        let shortest =
+            if look_around { patch_size(world) * LEAST_CONTACT } else { sizes.patch * SMALL_CONTACT };
         let mut mesh = match self.settings.method {
-            Method::Uniform | Method::As => Mesh::new(self.world),
+            Method::Uniform | Method::As => Mesh::new(world),
             Method::Dm | Method::Adm => {
-                let contacts =
-                    contacts(self.world, self.form_factors.blockers, |_| true, sizes.patch * SMALL_CONTACT);
-                Mesh::of_tiles(&tessellate(self.world, &contacts, |_| true, 0).0)
+                let contacts = contacts(world, blockers, |_| true, shortest);
+                Mesh::of_tiles(&tessellate(world, &contacts, |_| true, 0).0)
             }
         };
+        if look_around {
+            return patches_that_look_around(world, blockers, mesh, ends);
+        }
         let elements = cut_into_patches(&mut mesh, sizes.patch);
         PatchMesh { mesh, elements, patch_size: sizes.patch }
     }
@@ -488,11 +515,23 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Says what is being done from now on.
+    fn begin(&self, stage: Stage) {
+        self.monitor.report(Progress { stage, ..self.monitor.progress() });
+    }
+
+    /// Shows the mesh with the light found so far to a caller who asked for it.
+    fn show(&self, display: &Display) {
+        let welded = || weld(self.input, self.world, display, &display.layers(DVec3::ONE), self.settings);
+        self.monitor.show(welded);
+    }
+
     fn record(&mut self, display: &Display, exchange: &Solution) {
         self.record_at(display, exchange.remaining(), exchange.shots());
     }
 
     fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {
+        self.show(display);
         let [elements, vertices] = display.counts();
         let iteration = Iteration {
             time_s: self.start.elapsed().as_secs_f64(),

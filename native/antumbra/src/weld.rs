@@ -6,9 +6,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::display::{Display, Light};
-use crate::index::{FaceId, VertexId};
+use crate::display::{Display, Light, Shown};
+use crate::index::VertexId;
 use crate::mesh::Corner;
+use crate::mesh::arrangement::LineKind;
 use crate::report::Report;
 use crate::scene::world::World;
 use crate::scene::{MaterialInput, ObjectInput, SceneInput};
@@ -43,6 +44,9 @@ pub struct BakedMesh {
     pub corner_barycentric: Vec<[[f64; 3]; 3]>,
     /// Per triangle and edge (corner k to k+1): the source triangle's edge it lies on (0, 1, 2), or -1.
     pub source_edge: Vec<[i8; 3]>,
+    /// Per triangle and edge: the line it lies on. 0 none, 1 where the slope of light changes, 2 where a sharp shadow
+    /// ends, 3 where something touches the face.
+    pub edge_line: Vec<[i8; 3]>,
     /// Per triangle and corner: scene-linear `B/pi` or `H/pi`, rgb, never clipped.
     pub corner_radiance: Vec<[[f32; 3]; 3]>,
     /// Direct and indirect light apart, each like `corner_radiance`, whose parts they are; `None` unless asked for.
@@ -74,8 +78,8 @@ pub(crate) fn weld(
         .filter(|&object| world.objects[object].receives && !world.objects[object].faces.is_empty())
         .map(|object| {
             let faces = &world.objects[object].faces;
-            let [first, end] =
-                [faces.start, faces.end].map(|face| triangles.partition_point(|(f, _)| f.index() < face));
+            let [first, end] = [faces.start, faces.end]
+                .map(|face| triangles.partition_point(|shown| shown.face.index() < face));
             Welder::new(input, world, layers, settings, object).weld(&triangles[first..end])
         })
         .collect()
@@ -108,12 +112,12 @@ impl<'a> Welder<'a> {
         Self { source, world, object, layers, quantity, baked, numbers: FxHashMap::default() }
     }
 
-    fn weld(mut self, triangles: &[(FaceId, [Corner; 3])]) -> BakedMesh {
+    fn weld(mut self, triangles: &[Shown]) -> BakedMesh {
         let mut next_triangle = 0;
         // Light at source vertices, for faces that have no area and so no light of their own.
         let mut at_vertex: FxHashMap<VertexId, Arriving> = FxHashMap::default();
         let mut flat: Vec<u32> = Vec::new();
-        for (face, corners) in triangles {
+        for Shown { face, corners, lines } in triangles {
             let source_triangle = self.world.faces[face.index()].source_triangle;
             flat.extend(next_triangle..source_triangle);
             next_triangle = source_triangle + 1;
@@ -122,7 +126,7 @@ impl<'a> Welder<'a> {
             for (corner, &arriving) in corners.iter().zip(&arriving) {
                 at_vertex.entry(corner.vertex).or_insert(arriving);
             }
-            self.push(source_triangle, corners.each_ref().map(|c| (c.vertex, c.barycentric)));
+            self.push(source_triangle, corners.each_ref().map(|c| (c.vertex, c.barycentric)), *lines);
             self.push_light(&arriving, material);
         }
         flat.extend(next_triangle..self.source.triangles.len() as u32);
@@ -141,11 +145,11 @@ impl<'a> Welder<'a> {
         let arriving = vertices.map(|v| at_vertex.get(&v).copied().unwrap_or_default());
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
         let corners = std::array::from_fn(|k| (vertices[k], units[k]));
-        self.push(triangle, corners);
+        self.push(triangle, corners, [None; 3]);
         self.push_light(&arriving, material);
     }
 
-    fn push(&mut self, source_triangle: u32, corners: [(VertexId, DVec3); 3]) {
+    fn push(&mut self, source_triangle: u32, corners: [(VertexId, DVec3); 3], lines: [Option<LineKind>; 3]) {
         let triangle = corners.map(|(vertex, barycentric)| self.number(vertex, source_triangle, barycentric));
         let barycentric = corners.map(|(_, barycentric)| barycentric);
         let edge = |k: usize| {
@@ -159,6 +163,7 @@ impl<'a> Welder<'a> {
         self.baked.triangles.push(triangle);
         self.baked.source_triangle.push(source_triangle);
         self.baked.corner_barycentric.push(barycentric.map(|b| b.to_array()));
+        self.baked.edge_line.push(lines.map(|line| line.map_or(0, LineKind::number)));
         self.baked.source_edge.push(std::array::from_fn(|k| edge(k).unwrap_or(-1)));
     }
 

@@ -67,11 +67,11 @@ impl Room {
     fn receiver(&self, random: &mut Random) -> Receiver {
         loop {
             let receiver = if random.below(2) == 0 {
-                Receiver { position: self.point_inside(random), normal: random.direction() }
+                Receiver::new(self.point_inside(random), random.direction())
             } else {
                 let polygon = &self.polygons[random.below(self.polygons.len())];
                 let side = [-1.0, 1.0][random.below(2)];
-                Receiver { position: point_in(polygon.vertices(), random), normal: polygon.normal() * side }
+                Receiver::new(point_in(polygon.vertices(), random), polygon.normal() * side)
             };
             let above = receiver.position + 1e-6 * receiver.normal;
             if self.enclosure.contains(above) && !self.opaque.iter().any(|solid| solid.contains(above)) {

@@ -140,8 +140,7 @@ fn corners_on_a_contact_have_the_limit_from_their_own_side() {
                     let hidden = p.x + 4.0 * (0.5 - p.x);
                     let visible =
                         rectangle(DVec3::new(hidden, -0.3, 4.0), DVec3::Y, DVec3::X * (0.8 - hidden));
-                    let limit =
-                        10.0 * unoccluded_form_factor(&Receiver { position: p, normal: DVec3::Z }, &visible);
+                    let limit = 10.0 * unoccluded_form_factor(&Receiver::new(p, DVec3::Z), &visible);
                     worst = worst.max((value / limit - 1.0).abs());
                     seen += 1;
                 }
@@ -243,5 +242,30 @@ fn refinement_lets_no_light_under_a_box() {
             assert_eq!(light, [0.0; 3], "{method:?}: around {}", centroid(corners));
         }
         assert!(corners(&bake.meshes[0]).any(|(_, light)| light.y > 0.1));
+    }
+}
+
+#[test]
+fn edges_say_which_line_they_lie_on() {
+    for method in WITH_LINES {
+        let mut scene = floor(0.0);
+        scene.object("cube", Shape::cuboid(DVec3::Z * 0.5, DVec3::splat(0.5)), 0);
+        scene.light(&lamp(DVec3::new(0.3, 0.2, 4.0), 0.5), 10.0);
+        let bake = scene.bake(&fine(method));
+        let floor = &bake.meshes[0];
+        let on_outline = |p: DVec3| (p.truncate().abs().max_element() - 0.5).abs() < ON_THE_LINE;
+        let mut counts = [0; 4];
+        for (triangle, kinds) in floor.triangles.iter().zip(&floor.edge_line) {
+            for (k, &kind) in kinds.iter().enumerate() {
+                let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(|v| floor.positions[v as usize]);
+                counts[kind as usize] += 1;
+                if kind == 3 {
+                    assert!(on_outline(a) && on_outline(b), "{method:?}: a contact from {a} to {b}");
+                }
+            }
+        }
+        // Both sides of the contact know of it; the light is not sharp, and its shadow has a penumbra.
+        assert!(counts[3] >= 8 && counts[1] >= 8, "{method:?}: {counts:?}");
+        assert_eq!(counts[2], 0);
     }
 }

@@ -173,3 +173,38 @@ fn the_timeline_goes_forward() {
         assert!(last.shots > 1 || transport == Transport::Hierarchical);
     }
 }
+
+/// The mesh only grows, and what is shown is what a bake would be if it ended there.
+#[test]
+fn who_watches_sees_the_mesh_refine_and_brighten() {
+    for transport in [Transport::Hierarchical, Transport::Rays, Transport::Shooting] {
+        let mut seen: Vec<(usize, f64)> = Vec::new();
+        let settings = Settings { transport, ..quick() };
+        let (result, _) = watched(&settings, |monitor, _| {
+            let Some(meshes) = monitor.preview() else { return };
+            assert_eq!(meshes.len(), 5);
+            let triangles = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+            let colours = meshes.iter().flat_map(|mesh| mesh.corner_radiance.iter().flatten());
+            let brightest = colours.flatten().fold(0.0, |most, &value| f64::max(most, f64::from(value)));
+            assert!(brightest.is_finite());
+            seen.push((triangles, brightest));
+        });
+        let bake = result.expect("watching changes nothing");
+        assert!(!seen.is_empty(), "{transport:?}");
+        assert!(seen.is_sorted_by_key(|&(triangles, _)| triangles), "{transport:?}: {seen:?}");
+        assert!(seen.iter().all(|&(triangles, _)| triangles <= bake.report.result.triangles));
+        assert!(seen.iter().any(|&(_, brightest)| brightest > 0.0));
+    }
+}
+
+#[test]
+fn watching_changes_nothing_and_who_does_not_ask_gets_nothing() {
+    let (result, _) = watched(&quick(), |monitor, _| drop(monitor.preview()));
+    let monitor = Monitor::new();
+    let unwatched = bake(&room().input, &quick(), &monitor).expect("it is a good scene");
+    assert!(monitor.preview().is_none());
+    let watched = result.expect("it is a good scene");
+    for (a, b) in watched.meshes.iter().zip(&unwatched.meshes) {
+        assert_eq!(a.corner_radiance, b.corner_radiance);
+    }
+}

@@ -41,7 +41,7 @@ impl PaperScene {
     }
 
     fn exact(&self, x: f64, y: f64) -> f64 {
-        let receiver = Receiver { position: DVec3::new(x, y, 0.0), normal: DVec3::Z };
+        let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
         (self.lights.iter().zip(self.exitances))
             .map(|(outline, exitance)| exitance * visible(&receiver, &polygon(outline), &self.blockers).value)
             .sum()

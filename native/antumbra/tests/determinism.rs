@@ -42,8 +42,7 @@ fn under_the_sky() -> Scene {
     scene.input.objects[0].positions.iter_mut().for_each(|p| p.z = 0.0);
     scene.input.lights.clear();
     scene.input.sky = Some(SkyInput::even("sky", [1.0, 2.0, 3.0]));
-    let mut add =
-        |shape| scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape });
+    let mut add = |shape| scene.input.lamps.push(LampInput::new("lamp", shape));
     add(LampShape::Sun { direction: DVec3::new(0.2, 0.1, 1.0), angle: 0.0, irradiance_rgb: [3.0; 3] });
     add(LampShape::Point {
         position: DVec3::new(1.0, 1.2, 2.0),

@@ -138,7 +138,7 @@ fn an_antumbra_is_smooth_and_symmetrical() {
     let blockers: Vec<ConvexPolygon> =
         (sheet.triangles.iter()).map(|t| polygon(&t.map(|v| sheet.positions[v as usize]))).collect();
     let exact = |x: f64, y: f64| {
-        let receiver = Receiver { position: DVec3::new(x, y, 0.0), normal: DVec3::Z };
+        let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
         visible(&receiver, &polygon(&outline), &blockers).value
     };
     for method in WITH_LINES {

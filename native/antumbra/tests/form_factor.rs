@@ -81,7 +81,7 @@ fn area_to_area(
     let mut mean = 0.0;
     for &(s, weight_s) in nodes[0] {
         for &(t, weight_t) in nodes[1] {
-            let receiver = Receiver { position: corner + s * u + t * v, normal };
+            let receiver = Receiver::new(corner + s * u + t * v, normal);
             mean += weight_s * weight_t * visible(&receiver, source, blockers).value;
         }
     }

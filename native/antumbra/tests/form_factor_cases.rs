@@ -51,7 +51,7 @@ fn random_scene(random: &mut Random, blockers: usize) -> (Receiver, ConvexPolygo
     let source = triangle(DVec3::new(0.0, 0.0, 2.0), 1.0);
     let blockers = (0..blockers).map(|_| triangle(DVec3::new(0.0, 0.0, 1.0), 0.7)).collect();
     let normal = (DVec3::Z + random.in_cube()).normalize();
-    (Receiver { position: 0.5 * random.in_cube(), normal }, source, blockers)
+    (Receiver::new(0.5 * random.in_cube(), normal), source, blockers)
 }
 
 fn moved(polygon: &ConvexPolygon, place: impl Fn(DVec3) -> DVec3) -> ConvexPolygon {
@@ -64,7 +64,7 @@ fn worst_difference(place: impl Fn(DVec3) -> DVec3 + Copy) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..1000 {
         let (receiver, source, blockers) = random_scene(&mut random, i % 8);
-        let there = Receiver { position: place(receiver.position), ..receiver };
+        let there = Receiver::new(place(receiver.position), receiver.normal);
         let blockers_there: Vec<_> = blockers.iter().map(|blocker| moved(blocker, place)).collect();
         let here = visible(&receiver, &source, &blockers).value;
         worst = worst.max((visible(&there, &moved(&source, place), &blockers_there).value - here).abs());
@@ -106,14 +106,18 @@ fn coplanar_overlapping_polygons_neither_light_nor_shadow_each_other() {
         let source = moved(&light(), place);
         let overlapping = moved(&shade([0.2, 0.3, 2.0], 0.7, 0.3), place);
         let point = place(DVec3::Z + 0.4 * random.in_cube());
-        let below = Receiver { position: point, normal: rotation * DVec3::Z };
+        let below = Receiver::new(point, rotation * DVec3::Z);
         assert_no_effect(&below, &source, std::slice::from_ref(&overlapping));
         assert_no_effect(&below, &overlapping, std::slice::from_ref(&source));
-        let on_it = Receiver { position: overlapping.centroid(), normal: overlapping.normal() };
+        let on_it = Receiver::new(overlapping.centroid(), overlapping.normal());
         for normal in [on_it.normal, -on_it.normal] {
-            assert_eq!(visible(&Receiver { normal, ..on_it }, &source, &[]).value, 0.0);
+            assert_eq!(visible(&Receiver::new(on_it.position, normal), &source, &[]).value, 0.0);
             let lamp = moved(&shade([0.0, 0.0, 2.0], 1.0, 1.0), |p| place(p) + 0.5 * normal);
-            assert_no_effect(&Receiver { normal, ..on_it }, &lamp, &[source.clone(), overlapping.clone()]);
+            assert_no_effect(
+                &Receiver::new(on_it.position, normal),
+                &lamp,
+                &[source.clone(), overlapping.clone()],
+            );
         }
     }
 }
@@ -142,7 +146,7 @@ fn blockers_that_touch_along_edges_leak_nothing() {
         let corner = |k: usize| rotation * rim[k % sides];
         let fan: Vec<_> = (0..sides).map(|k| polygon(&[rotation * hub, corner(k), corner(k + 1)])).collect();
         let source = moved(&light(), |p| rotation * p);
-        let point = Receiver { position: rotation * floor_point().position, normal: rotation * DVec3::Z };
+        let point = Receiver::new(rotation * floor_point().position, rotation * DVec3::Z);
         let candidates: Vec<u32> = (0..sides as u32).collect();
         let seen = visible_form_factor(&point, &source, &fan, &candidates, &mut scratch).expect("simple");
         assert_eq!((seen.value, seen.state), (0.0, Visibility::Hidden), "fan {i}");
@@ -156,7 +160,7 @@ fn blockers_that_touch_along_edges_leak_nothing() {
 /// Two rectangles that pierce each other in the same pyramid of sight hide what either does.
 #[test]
 fn blockers_that_intersect_block_their_union() {
-    let point = Receiver { position: DVec3::ZERO, normal: DVec3::Z };
+    let point = Receiver::new(DVec3::ZERO, DVec3::Z);
     let across = |left: f64, right: f64| {
         let corner = |x: f64, y: f64, z: f64| DVec3::new(x * z, y * z, z);
         polygon(&[
@@ -196,7 +200,7 @@ fn a_blocker_that_holds_the_receiver_in_its_plane_has_no_effect() {
     assert_no_effect(&point, &light(), &[shade([0.0, 0.0, 0.0], 3.0, 3.0)]);
     assert_no_effect(&point, &light(), &[rectangle(DVec3::new(0.3, -1.0, 0.0), DVec3::Y * 2.0, DVec3::Z)]);
     // Also when rounding puts it beside the plane: 0.1 + 0.2 is not 0.3.
-    let beside = Receiver { position: DVec3::new(0.1 + 0.2, -0.2, 0.0), ..point };
+    let beside = Receiver::new(DVec3::new(0.1 + 0.2, -0.2, 0.0), point.normal);
     assert_no_effect(&beside, &light(), &[rectangle(DVec3::new(0.3, -1.0, 0.0), DVec3::Y * 2.0, DVec3::Z)]);
 }
 
@@ -216,7 +220,7 @@ fn a_blocker_that_pierces_the_light_hides_only_what_is_behind_it() {
 fn a_blocker_across_the_horizon_is_as_if_clipped() {
     let source = rectangle(DVec3::new(2.0, -0.5, -1.0), DVec3::Y, DVec3::Z * 2.0);
     let screen = |bottom: f64| rectangle(DVec3::new(1.0, 0.0, bottom), DVec3::Y, DVec3::Z * (0.3 - bottom));
-    let point = Receiver { position: DVec3::ZERO, normal: DVec3::Z };
+    let point = Receiver::new(DVec3::ZERO, DVec3::Z);
     let across = visible(&point, &source, &[screen(-5.0)]);
     assert_eq!(across.state, Visibility::Partial);
     assert_same(across.value, visible(&point, &source, &[screen(0.0)]).value, 1e-16);
@@ -233,7 +237,7 @@ fn a_light_edge_on_or_below_the_horizon_is_not_seen() {
     for position in [[1.5, 0.0, 2.0], [0.1, 0.2, 2.0], [0.5, 0.0, 2.0], [0.5, 0.5, 2.0]] {
         // Beside it, inside it, on its edge, on its corner
         for normal in [DVec3::Z, -DVec3::Z, -DVec3::X] {
-            let point = Receiver { position: position.into(), normal };
+            let point = Receiver::new(position.into(), normal);
             assert_eq!(visible(&point, &light(), &[]), nothing, "{point:?}");
             assert_eq!(unoccluded_form_factor(&point, &light()), 0.0, "{point:?}");
         }
@@ -313,8 +317,7 @@ fn a_light_shut_in_a_box_is_exactly_dark_outside() {
         let mut corner = || 0.25 * random.direction();
         let Some(source) = ConvexPolygon::triangle(corner(), corner(), corner()) else { continue };
         let position = random.between(2.0, 6.0) * random.direction();
-        let point =
-            Receiver { position, normal: (-position.normalize() + 0.8 * random.in_cube()).normalize() };
+        let point = Receiver::new(position, (-position.normalize() + 0.8 * random.in_cube()).normalize());
         let seen = visible(&point, &source, &walls);
         assert_eq!(seen.value, 0.0, "{seen:?} from {point:?}");
     }
@@ -330,7 +333,7 @@ fn too_many_fragments_are_refused() {
         .map(|[x, y]| shade([0.5 * x, 0.5 * y, 1.0], 0.2 / side as f64, 0.2 / side as f64))
         .collect();
     let candidates: Vec<u32> = (0..tiles.len() as u32).collect();
-    let point = Receiver { position: DVec3::ZERO, normal: DVec3::Z };
+    let point = Receiver::new(DVec3::ZERO, DVec3::Z);
     let mut scratch = Scratch::new();
     let refused = visible_form_factor(&point, &light(), &tiles, &candidates, &mut scratch);
     let unoccluded = unoccluded_form_factor(&point, &light());

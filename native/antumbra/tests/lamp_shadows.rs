@@ -26,7 +26,7 @@ fn floating_cube(shape: LampShape) -> Scene {
     let black = scene.material(0.0, 0.0);
     scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
     scene.blocker("cube", Shape::cuboid(DVec3::Z, DVec3::splat(0.5)), black);
-    scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape });
+    scene.input.lamps.push(LampInput::new("lamp", shape));
     scene
 }
 
@@ -190,7 +190,7 @@ fn a_balls_shadow_is_drawn_by_its_outline_alone() {
     let black = scene.material(0.0, 0.0);
     scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
     scene.blocker("ball", Shape::sphere(0.5, 4).map(|p| p + DVec3::Z), black);
-    scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: sun() });
+    scene.input.lamps.push(LampInput::new("lamp", sun()));
     let bake = scene.bake(&arriving(Settings { max_level: 0, ..adaptive() }));
     assert_sound(&scene.input, &bake);
     let lines = bake.report.result.lines.drawn;
@@ -213,7 +213,7 @@ fn the_shadow_of_what_stands_on_the_floor_begins_at_its_foot() {
     let black = scene.material(0.0, 0.0);
     scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
     scene.blocker("cube", Shape::cuboid(DVec3::Z * 0.5, DVec3::splat(0.5)), black);
-    scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: sun() });
+    scene.input.lamps.push(LampInput::new("lamp", sun()));
     let bake = scene.bake(&lines_only(Method::Adm));
     let mesh = &bake.meshes[0];
     for line in [
@@ -252,7 +252,7 @@ fn mesh_edges_lie_on_the_borders_of_a_round_lamps_penumbra() {
         scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
         let board = Shape::quad(DVec3::new(-9.0, -9.0, 1.0), DVec3::X * 9.0, DVec3::Y * 18.0);
         scene.blocker("board", board, black);
-        scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape: shape.clone() });
+        scene.input.lamps.push(LampInput::new("lamp", shape.clone()));
         for method in WITH_LINES {
             let bake = scene.bake(&lines_only(method));
             assert_sound(&scene.input, &bake);
@@ -285,4 +285,24 @@ fn a_narrow_penumbra_takes_few_vertices() {
     let vertices = bake.meshes[0].positions.len();
     println!("{vertices} vertices, {} lines", bake.report.result.lines.drawn);
     assert!(vertices < 400, "{vertices}");
+}
+
+#[test]
+fn edges_on_the_border_of_a_sharp_shadow_say_so() {
+    for method in WITH_LINES {
+        let bake = floating_cube(point()).bake(&lines_only(method));
+        let floor = &bake.meshes[0];
+        let on_border = |p: DVec3| (p.truncate().abs().max_element() - 1.0).abs() < 6.0 * ON_THE_LINE;
+        let mut sharp = 0;
+        for (triangle, kinds) in floor.triangles.iter().zip(&floor.edge_line) {
+            for (k, &kind) in kinds.iter().enumerate() {
+                let ends = [triangle[k], triangle[(k + 1) % 3]].map(|v| floor.positions[v as usize]);
+                let middle = 0.5 * (ends[0] + ends[1]);
+                let lies_there = ends.into_iter().chain([middle]).all(on_border);
+                assert_eq!(kind == 2, lies_there, "{method:?}: {ends:?} is {kind}");
+                sharp += i32::from(kind == 2);
+            }
+        }
+        assert!(sharp >= 8, "{method:?}");
+    }
 }

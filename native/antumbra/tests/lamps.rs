@@ -21,7 +21,7 @@ fn black_floor(scene: &mut Scene) {
 
 fn add(scene: &mut Scene, shape: LampShape) -> &mut LampInput {
     let name = format!("lamp {}", scene.input.lamps.len());
-    scene.input.lamps.push(LampInput { name, casts_shadows: true, shape });
+    scene.input.lamps.push(LampInput::new(&name, shape));
     scene.input.lamps.last_mut().expect("it was just added")
 }
 

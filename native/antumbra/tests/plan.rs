@@ -75,8 +75,7 @@ fn balls() -> Scene {
     for x in [-1.2, -0.4] {
         scene.object("ball", Shape::sphere(0.3, 2).map(|p| p + DVec3::new(x, -0.8, 0.4)), red);
     }
-    let mut add =
-        |shape| scene.input.lamps.push(LampInput { name: "lamp".into(), casts_shadows: true, shape });
+    let mut add = |shape| scene.input.lamps.push(LampInput::new("lamp", shape));
     add(LampShape::Sun {
         direction: DVec3::new(0.5, 0.3, 1.0),
         angle: 0.01,

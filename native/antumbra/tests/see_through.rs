@@ -40,7 +40,7 @@ fn assert_only_looked_at(scene: &Scene, settings: &Settings) {
 fn a_furnace_does_not_notice_a_sheet_that_does_not_block() {
     for settings in [adaptive(), by_shooting()] {
         let mut scene = furnace_with_sheet();
-        scene.input.materials[1].blocks = false;
+        scene.input.materials[1].transmittance_rgb = [1.0; 3];
         assert_only_looked_at(&scene, &settings);
     }
 }

@@ -101,7 +101,7 @@ fn lamps() -> Vec<(&'static str, bool, LampShape)> {
 fn every_light_is_the_same_along_paths_as_in_a_bake() {
     for (name, casts_shadows, shape) in lamps() {
         let mut scene = stage();
-        scene.input.lamps.push(LampInput { name: name.to_owned(), casts_shadows, shape });
+        scene.input.lamps.push(LampInput { casts_shadows, ..LampInput::new(name, shape) });
         // Light kept together takes refinement minutes, and on the sphere's surface light jumps where there is no line.
         let hard = ["panel kept together", "sphere around the cube"].contains(&name);
         let settings = if hard { uniform(0.05) } else { adaptive() };
@@ -111,9 +111,10 @@ fn every_light_is_the_same_along_paths_as_in_a_bake() {
     }
 }
 
-/// A sky with a bright corner, and surfaces that emit, among them some that do not block.
+/// A sky with a bright corner; surfaces that emit, among them one that does not block; a film that colours what it lets
+/// through; lamps that light, or are blocked by, some objects only.
 #[test]
-fn skies_and_emitting_surfaces_are_the_same_along_paths_as_in_a_bake() {
+fn skies_emitting_surfaces_filters_and_links_are_the_same_along_paths_as_in_a_bake() {
     let mut even = stage();
     even.input.sky = Some(SkyInput::even("even", [3.0, 2.0, 1.0]));
     let mut uneven = stage();
@@ -125,10 +126,32 @@ fn skies_and_emitting_surfaces_are_the_same_along_paths_as_in_a_bake() {
     let mut emitting = stage();
     let glowing = emitting.material(0.3, 5.0);
     let airy = emitting.material(0.0, 8.0);
-    emitting.input.materials[airy as usize].blocks = false;
+    emitting.input.materials[airy as usize].transmittance_rgb = [1.0; 3];
     emitting.object("wall", Shape::quad(DVec3::new(-1.5, -1.0, 0.0), DVec3::Y * 2.0, DVec3::Z), glowing);
     emitting.object("veil", Shape::square(DVec3::new(0.5, -1.0, 1.2), 0.4), airy);
-    for (name, scene) in [("even", even), ("uneven", uneven), ("emitting", emitting)] {
+    let mut filtered = stage();
+    filtered.light(&lamp(DVec3::new(-0.5, 0.3, 2.0), 0.3), 20.0);
+    let film = filtered.material(0.1, 0.0);
+    filtered.input.materials[film as usize].transmittance_rgb = [0.8, 0.5, 0.2];
+    filtered.object("film", Shape::square(DVec3::new(-0.5, -0.4, 1.0), 0.5), film);
+    let mut linked = stage();
+    linked.light(&lamp(DVec3::new(0.9, 0.9, 2.0), 0.2), 5.0);
+    let point = lamps().swap_remove(1).2;
+    linked
+        .input
+        .lamps
+        .push(LampInput { lit_objects: Some(vec![0]), ..LampInput::new("of the floor", point) });
+    let point = lamps().swap_remove(0).2;
+    let blocking_objects = Some(vec![0]);
+    linked.input.lamps.push(LampInput { blocking_objects, ..LampInput::new("through the cube", point) });
+    let scenes = [
+        ("even", even),
+        ("uneven", uneven),
+        ("emitting", emitting),
+        ("filtered", filtered),
+        ("linked", linked),
+    ];
+    for (name, scene) in scenes {
         let bake = scene.bake(&thorough(&Settings { tolerance: 0.02, ..adaptive() }));
         print(name, &bake);
         assert_agree(&bake, 0.03, name);
@@ -175,7 +198,7 @@ fn the_interval_holds_an_error_that_is_known() {
         let (mut squares, mut sum) = (0.0, 0.0);
         for _ in 0..10_000 {
             let [x, y] = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
-            let receiver = Receiver { position: DVec3::new(x, y, 0.0), normal: DVec3::Z };
+            let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
             let exact = 10.0 * visible(&receiver, &polygon(&outline), &blockers).value;
             squares += (light_over(&bake.meshes[0], x, y) - exact).powi(2);
             sum += exact;
@@ -305,7 +328,7 @@ fn nineteen_of_twenty_intervals_hold_the_error() {
         for k in 0..side * side {
             let place = |k: i32, by: f64| (f64::from(k) + by) / f64::from(side) * 2.0 - 1.0;
             let [x, y] = [place(k % side, random.unit()), place(k / side, random.unit())];
-            let receiver = Receiver { position: DVec3::new(x, y, 0.0), normal: DVec3::Z };
+            let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
             let exact: f64 = (lights.iter())
                 .map(|(outline, exitance)| exitance * visible(&receiver, &polygon(outline), &blockers).value)
                 .sum();

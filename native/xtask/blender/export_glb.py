@@ -3,7 +3,7 @@
 
 ... export_glb.py -- BAKED.blend OUT.glb
 
-Not part of the baking command itself: Blender's glTF exporter needs a window's context, which a `--command` lacks.
+Not by the baking command's own --glb, so that it works in the bpy module too, which cannot start a second Blender.
 """
 
 import importlib

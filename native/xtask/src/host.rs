@@ -134,6 +134,14 @@ impl Host {
         command
     }
 
+    /// Tells a test that opens a window which program to start and where its user folder is; nothing for bpy, which
+    /// has no window.
+    pub(crate) fn in_window(&self, command: &mut Command) {
+        if let Self::Blender { program, .. } = self {
+            command.env("ANTUMBRA_BLENDER", program).env("ANTUMBRA_BLENDER_USER", self.user_folder());
+        }
+    }
+
     /// `blender --background`, for the Blender kind only.
     fn blender_command(&self) -> Command {
         let program = match self {

@@ -1,4 +1,4 @@
-//! Developer tasks: `cargo xtask bake | test | extension | study | figure`.
+//! Developer tasks: `cargo xtask bake | test | extension | study | figure | tutorial`.
 //!
 //! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
 //!
@@ -23,6 +23,7 @@ mod study;
 mod summary;
 mod test;
 mod tree;
+mod tutorial;
 mod venv;
 mod wheel;
 
@@ -47,6 +48,8 @@ enum Task {
     Extension(extension::Options),
     /// Measure size, time and error of the methods on several scenes against a path tracer.
     Study(study::Options),
+    /// Take the pictures of docs/tutorial.md in Blender's window.
+    Tutorial(tutorial::Options),
     /// Draw two methods side by side, meshes above, light below.
     Figure(figure::Options),
 }
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
         Task::Extension(options) => extension::run(&options),
         Task::Study(options) => study::run(&options),
         Task::Figure(options) => figure::run(&options),
+        Task::Tutorial(options) => tutorial::run(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

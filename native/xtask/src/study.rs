@@ -5,6 +5,7 @@
 //! tests/study/reference.py ──► references/SCENE-….npz      light at random points, by Cycles; kept until a script changes
 //! tests/study/bake.py ──► bakes/SCENE/METHOD-TOLERANCE.*   through the installed extension, one process per scene
 //! tests/study/cycles_bake.py ──► bakes/SCENE/CYCLESsamples-SIZE.*   Cycles' own bake, for comparison
+//! tests/study/vertex_bake.py ──► bakes/sunlit/CYCLES-SAMPLES.*   by Cycles' own bake into vertex colours
 //! tests/study/evaluate.py ──► results.csv, results.json, tables.md, SCENE.png
 //! ```
 //!
@@ -25,7 +26,7 @@ use crate::{extension, files, tree, wheel};
 /// Options of the task.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The scenes: paper, cornell, interior, the cases of tests/scenes/hard.py (blinds, fence, stairs, wheel, tree, cube,
+    /// The scenes: paper, cornell, interior, sunlit, the cases of tests/scenes/hard.py (blinds, fence, stairs, wheel, tree, cube,
     /// boxes, touching, shelf), and SCENE-directN for a scene's N strongest lights alone, without a second bounce.
     #[arg(long, value_delimiter = ',', value_name = "SCENE,...")]
     scenes: Vec<String>,
@@ -64,7 +65,7 @@ pub(crate) struct Options {
 /// The cases of `tests/scenes/hard.py`.
 const HARD: [&str; 9] = ["blinds", "fence", "stairs", "wheel", "tree", "cube", "boxes", "touching", "shelf"];
 
-const SCENES: &str = "paper,cornell,interior,shelf,paper-direct1,paper-direct2,interior-direct1";
+const SCENES: &str = "paper,cornell,interior,sunlit,shelf,paper-direct1,paper-direct2,interior-direct1";
 const QUICK_SCENES: &str = "paper,cornell,paper-direct1,paper-direct2";
 
 /// Coarse ones first: in a furnished room most surfaces are dark, and a share of the mean light is little where it is lit.
@@ -80,6 +81,10 @@ const QUICK_CYCLES_SAMPLES: &str = "16,256";
 const POINTS: u32 = 2000;
 const QUICK_POINTS: u32 = 500;
 
+/// Edge of a mesh that is fine enough for Cycles to bake into, and the samples that it takes there.
+const VERTEX_BAKE_EDGE_M: f64 = 0.1;
+const VERTEX_BAKE_SAMPLES: &str = "16,64,256";
+
 /// What a quick study's references have fewer of, in paths per point.
 const QUICK_SHARE: u32 = 4;
 
@@ -94,6 +99,8 @@ struct Scene {
     direct: Option<u32>,
     /// Paths per reference point.
     samples: u32,
+    /// Edge of the mesh on which Cycles' own bake is measured as well, metres.
+    vertex_bakes: Option<f64>,
 }
 
 impl Scene {
@@ -113,13 +120,21 @@ impl Scene {
             "paper" => ("paper.py", None, 6_144),
             "cornell" => ("cornell.py", None, 8_192),
             "interior" => ("interior.py", None, 32_768),
+            "sunlit" => ("sunlit.py", None, 8_192),
             "shelf" => ("hard.py", Some(base), 32_768),
             base if HARD.contains(&base) => ("hard.py", Some(base), 6_144),
             _ => return Err(unknown()),
         };
         // Direct light alone is less noisy.
         let samples = if direct.is_some() { samples.min(6_144) } else { samples };
-        Ok(Self { name: name.to_owned(), script, case: case.map(str::to_owned), direct, samples })
+        Ok(Self {
+            name: name.to_owned(),
+            script,
+            case: case.map(str::to_owned),
+            direct,
+            samples,
+            vertex_bakes: (name == "sunlit").then_some(VERTEX_BAKE_EDGE_M),
+        })
     }
 
     /// What is baked and compared: a scene of black surfaces has nothing but irradiance.
@@ -224,6 +239,11 @@ pub(crate) fn run(options: &Options) -> Outcome {
         bake.arg(time_limit.to_string()).arg(options.triangle_budget.to_string());
         bake.arg(methods.join(",")).arg(texts.join(","));
         run_without_stdout(&mut bake)?;
+        if let Some(edge) = scene.vertex_bakes {
+            let mut bake = host.script(&tree::path("tests/study/vertex_bake.py"));
+            bake.arg(blend).arg(&folder).arg(edge.to_string()).arg(VERTEX_BAKE_SAMPLES);
+            run_without_stdout(&mut bake)?;
+        }
     }
 
     println!("Measuring\n");

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: every check there is, then one table of what held.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ const LONG: &str = "ANTUMBRA_LONG";
 /// Options of the task.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Also the tests that take minutes, and every bpy version.
+    /// Also the tests that take minutes, those in Blender's window, and every bpy version.
     #[arg(long)]
     long: bool,
     /// Only the steps whose name contains this, with what they need.
@@ -116,8 +116,10 @@ fn check_installed(steps: &mut Steps, options: &Options, blender: Option<&Host>)
     let versions = options.bpy_versions();
     let in_bpy = |version: BpyVersion| format!("extension in bpy {}", version.name());
     let in_blender = blender.map(|host| format!("extension in {}", host.name()));
+    let in_window = blender.filter(|_| options.long).map(|host| format!("window of {}", host.name()));
     let mut with_zip: Vec<String> = versions.iter().copied().map(in_bpy).collect();
     with_zip.extend(in_blender.clone());
+    with_zip.extend(in_window.clone());
     let needs_zip = steps.selects("zip") || with_zip.iter().any(|name| steps.selects(name));
     let needs_wheel = ["wheel", "binding stub", "python tests"].iter().any(|name| steps.selects(name));
     if !needs_zip && !needs_wheel {
@@ -158,6 +160,19 @@ fn check_installed(steps: &mut Steps, options: &Options, blender: Option<&Host>)
     if let Some((host, name)) = blender.zip(in_blender) {
         steps.step(&name, || test_in(host));
     }
+    if let Some((host, name)) = blender.zip(in_window) {
+        steps.step(&name, || test_in_window(host, &zip));
+    }
+}
+
+/// Mouse and keys in a window on a screen that nobody sees. Where the machine has no such screen, the tests say what is
+/// missing and are skipped.
+fn test_in_window(host: &Host, zip: &Path) -> Outcome {
+    host.install(zip)?;
+    let mut pytest = Venv::ready("tools")?.module("pytest");
+    pytest.args(["-q", "-rs", "tests/window"]).env("ANTUMBRA_WINDOW_FOLDER", tree::target("window"));
+    host.in_window(&mut pytest);
+    run_command(&mut pytest)
 }
 
 fn with_length(tests: &mut Command, long: bool) -> &mut Command {

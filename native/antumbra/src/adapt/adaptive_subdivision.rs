@@ -47,10 +47,10 @@ impl Refinable for Quartering<'_> {
         let element = self.mesh.element(id);
         let normals: DVec3 = element.samples.iter().map(|&s| self.mesh.sample(s).normal).sum();
         let positions = self.mesh.positions(element);
-        Receiver {
-            position: (positions[0] + positions[1] + positions[2]) / 3.0,
-            normal: normals.try_normalize().unwrap_or(self.world.faces[element.face.index()].normal),
-        }
+        let face = &self.world.faces[element.face.index()];
+        let normal = normals.try_normalize().unwrap_or(face.normal);
+        let middle = (positions[0] + positions[1] + positions[2]) / 3.0;
+        Receiver::new(middle, normal).of(face.object.index() as u32)
     }
 
     fn refine(&mut self, id: ElementId, _: [f64; 3], fresh: &mut Vec<ElementId>) {

@@ -18,10 +18,9 @@ fn leaf(mesh: &Tessellation, tile: &Tile) -> Leaf {
 fn centroid(mesh: &Tessellation, tile: &Tile) -> Receiver {
     let normals: DVec3 = tile.samples.iter().map(|s| mesh.samples[s.index()].normal).sum();
     let positions: DVec3 = tile.vertices.iter().map(|v| mesh.positions[v.index()]).sum();
-    Receiver {
-        position: positions / 3.0,
-        normal: normals.try_normalize().unwrap_or(mesh.world.faces[tile.face.index()].normal),
-    }
+    let face = &mesh.world.faces[tile.face.index()];
+    let normal = normals.try_normalize().unwrap_or(face.normal);
+    Receiver::new(positions / 3.0, normal).of(face.object.index() as u32)
 }
 
 impl Refinable for Tessellation<'_> {

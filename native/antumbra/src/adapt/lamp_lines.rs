@@ -62,10 +62,12 @@ impl LineSearch<'_> {
         let lines: Vec<Vec<ShadowLine>> = (faces.par_iter())
             .map_init(Workspace::default, |workspace, &face| {
                 let plate = self.plate(face);
+                let object = self.world.faces[face.index()].object.index() as u32;
                 let mut lines = Vec::new();
-                for &(lamp, apex) in lamps.iter().filter(|_| !(self.ends)()) {
+                let lit = |&&(lamp, _): &&(&Lamp, Apex)| !(self.ends)() && lamp.lights(object);
+                for &(lamp, apex) in lamps.iter().filter(lit) {
                     let mut light = |position| {
-                        let receiver = Receiver { position, normal: plate.plane.normal };
+                        let receiver = Receiver::new(position, plate.plane.normal).of(object);
                         plate.shown * lamp.light(&receiver, form_factors, workspace)
                     };
                     self.add_lines_of_lamp(&plate, lamp, apex, &mut light, &mut lines);

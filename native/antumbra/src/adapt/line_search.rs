@@ -25,7 +25,7 @@ use crate::transport::gather::rms;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::shaft::{Shaft, TRIANGLE_EDGES};
 use crate::visibility::{
-    ConvexPolygon, Receiver, Scratch, Visibility, unoccluded_form_factor, visible_form_factor,
+    ConvexPolygon, Receiver, Scratch, Visibility, unoccluded_form_factor, visible_weighted,
 };
 
 /// Times that a face is quartered in search of elements with few blockers.
@@ -83,7 +83,7 @@ impl Plate<'_> {
     }
 
     pub(super) fn receiver(&self, position: DVec3) -> Receiver {
-        Receiver { position, normal: self.normal }
+        Receiver::new(position, self.normal)
     }
 }
 
@@ -320,9 +320,9 @@ impl LineSearch<'_> {
         let corner = &mut corners[corner];
         (corner.seen)
             .get_or_insert_with(|| {
-                let (receiver, polygons) = (plate.receiver(corner.position), self.blockers.polygons());
+                let (receiver, blocking) = (plate.receiver(corner.position), self.blockers.blocking());
                 let scratch = &mut strength.scratch;
-                match visible_form_factor(&receiver, shooter.polygon(), polygons, candidates, scratch) {
+                match visible_weighted(&receiver, shooter.polygon(), None, blocking, candidates, scratch) {
                     Ok(found) => Seen { state: found.state, blockers: scratch.blockers().to_vec() },
                     Err(_) => Seen { state: Visibility::Partial, blockers: candidates.to_vec() },
                 }

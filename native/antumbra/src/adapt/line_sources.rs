@@ -86,7 +86,7 @@ pub(crate) fn mean_brought(world: &World, shown: &[DVec3], sources: &[LineSource
     let brought = |&id: &FaceId| {
         let face = &world.faces[id.index()];
         let [a, b, c] = world.corners(face);
-        let receiver = Receiver { position: (a + b + c) / 3.0, normal: face.normal };
+        let receiver = Receiver::new((a + b + c) / 3.0, face.normal);
         let arriving: DVec3 = (sources.iter())
             .filter(|source| faces(&receiver, &source.lit.polygon))
             .map(|source| unoccluded_form_factor(&receiver, &source.lit.polygon) * source.lit.radiosity)

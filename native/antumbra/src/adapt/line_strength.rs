@@ -11,7 +11,7 @@ use crate::transport::gather::rms;
 use crate::transport::source_tree::LitPolygon;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::shaft::{Shaft, TRIANGLE_EDGES};
-use crate::visibility::{Scratch, visible_form_factor};
+use crate::visibility::{Scratch, visible_weighted};
 
 /// Where the strength of a line is looked at, along it.
 const PROBES: [f64; 3] = [0.15, 0.5, 0.85];
@@ -104,10 +104,11 @@ impl Strength<'_> {
         if self.blockers.candidates(&shaft, MOST_CANDIDATES, &mut self.found).is_err() {
             return 0.0;
         }
-        let polygons = self.blockers.polygons();
+        let blocking = self.blockers.blocking();
         let values = points.map(|p| {
-            visible_form_factor(&plate.receiver(p), &lit.polygon, polygons, &self.found, &mut self.scratch)
-                .map_or(0.0, |found| found.value)
+            let receiver = plate.receiver(p);
+            visible_weighted(&receiver, &lit.polygon, None, blocking, &self.found, &mut self.scratch)
+                .map_or(0.0, |found| found.grey())
         });
         0.25 * (values[0] + values[2] - 2.0 * values[1]).abs()
     }

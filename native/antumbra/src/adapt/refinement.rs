@@ -194,8 +194,11 @@ pub(crate) enum Hidden {
     Nowhere,
     /// Shadows of what stands between the element and an emitter.
     Shadows,
-    /// Places where hardly any light gets to: between a picture and its wall.
-    Crevices,
+    /// Places where hardly any light gets to, between a picture and its wall; and light between them.
+    Crevices {
+        /// Mean radiosity that is shown, W/m².
+        mean_radiosity: f64,
+    },
 }
 
 /// The refinement of a mesh for one group of sources.
@@ -311,8 +314,10 @@ impl Refinement<'_> {
         // The light that comes to the brightest corner when nothing blocks it may miss all corners.
         let most = match self.hidden {
             Hidden::Nowhere => return false,
-            // Darkness may hide between corners that are lit alike.
-            Hidden::Crevices => light.into_iter().fold(DVec3::ZERO, DVec3::max),
+            Hidden::Crevices { mean_radiosity } => {
+                let brightest = self.in_wanted_errors(leaf, light.into_iter().fold(DVec3::ZERO, DVec3::max));
+                return share(brightest.max(mean_radiosity / self.wanted_error)) >= WORTH_SEARCHING;
+            }
             Hidden::Shadows => {
                 let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));
                 let brightest = |polygon| {

@@ -11,8 +11,7 @@ use crate::mesh::tessellate;
 use crate::monitor::Monitor;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
 use crate::transport::form_factors::FormFactors;
-use crate::transport::sources::{Emitters, blocking_polygons};
-use crate::visibility::blockers::Blockers;
+use crate::transport::sources::{Emitters, blockers};
 use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
 
 /// What a limit may be off by, relative to the light there.
@@ -57,7 +56,7 @@ fn scene(objects: Vec<ObjectInput>, lamp: Option<[DVec2; 2]>) -> SceneInput {
         name: String::new(),
         reflectance_rgb: [0.0; 3],
         exitance_rgb: [exitance; 3],
-        blocks: true,
+        transmittance_rgb: [0.0; 3],
     };
     let lights = lamp.map(|bounds| AreaLightInput {
         name: String::new(),
@@ -81,7 +80,7 @@ fn lamp_outline([low, high]: [DVec2; 2]) -> Vec<DVec3> {
 /// Unblocked light of a lamp, W/m².
 fn light_of(bounds: [DVec2; 2], point: DVec3) -> f64 {
     let lamp = ConvexPolygon::new(&lamp_outline(bounds)).expect("it has an area");
-    EXITANCE * unoccluded_form_factor(&Receiver { position: point, normal: DVec3::Z }, &lamp)
+    EXITANCE * unoccluded_form_factor(&Receiver::new(point, DVec3::Z), &lamp)
 }
 
 /// A corner of the display mesh.
@@ -104,7 +103,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
     let [irradiance, _] = display.layers(DVec3::ONE);
     let samples = display.samples();
     let mut found = Vec::new();
-    for (face, corners) in display.triangles() {
+    for Shown { face, corners, .. } in display.triangles() {
         let face = &world.faces[face.index()];
         let [a, b, c] = world.corners(face);
         let points = corners.each_ref().map(|corner| {
@@ -113,7 +112,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
         });
         for (corner, point) in corners.iter().zip(points) {
             let sample = corner.samples[0].index();
-            let Receiver { position, normal } = samples[sample].receiver(Side::Front);
+            let Receiver { position, normal, .. } = samples[sample].receiver(Side::Front);
             let step = position - samples[sample].position;
             found.push(CornerLight {
                 object: face.object.index(),
@@ -130,7 +129,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
 /// Elements of at most `size`, metres, refined for direct light until the rms error is `wanted`.
 fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
     let emitters = Emitters::new(world);
-    let blockers = Blockers::new(blocking_polygons(world), world.diagonal);
+    let blockers = blockers(world);
     let form_factors = FormFactors::new(&blockers);
     let lines = contacts(world, &blockers, |_| true, 0.0);
     let (mut mesh, _) = tessellate(world, &lines, |face| world.receives(face), 20);
@@ -295,7 +294,7 @@ fn fitted_elements_are_nearer_to_the_light_than_interpolation() {
     let display = display(&world, 1.5, 0.01);
     let errors = |irradiance: &[DVec3]| {
         let (mut squared, mut bias, mut area) = (0.0, 0.0, 0.0);
-        for (face, corners) in display.triangles() {
+        for Shown { face, corners, .. } in display.triangles() {
             let [a, b, c] = world.corners(&world.faces[face.index()]);
             let points = corners.each_ref().map(|k| {
                 let weights = k.barycentric;
@@ -339,7 +338,7 @@ fn every_sample_behind_a_half_plane_has_the_closed_form() {
     let shift = input.objects[0].positions[0] - world.vertices[0];
     let display = display(&world, 0.5, 1e-3);
     let (mut worst, mut seen) = (0.0_f64, 0);
-    for (face, corners) in display.triangles() {
+    for Shown { face, corners, .. } in display.triangles() {
         let face = &world.faces[face.index()];
         if face.object.index() != 0 {
             continue;

@@ -1,11 +1,12 @@
 //! What lamps bring to a cluster of receivers: one shaft for all of them, then each receiver's own view.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::lamps::{Lamp, SeenPolygon, Sight};
 use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
 use crate::transport::gather::{Arrived, rms};
-use crate::visibility::{Receiver, hides};
+use crate::visibility::{Receiver, covers, hides};
 
 /// What light is worth, m²/W, that is to be as exact as it can be.
 const SURELY: f64 = f64::INFINITY;
@@ -22,6 +23,8 @@ impl Lamp {
         workspace: &mut Workspace,
         mut found: impl FnMut(usize, Arrived),
     ) {
+        let own = self.blockers.as_ref().map(|blockers| form_factors.among(blockers));
+        let form_factors = own.as_ref().unwrap_or(form_factors);
         let count = at.cluster.members.len();
         let mut shared = std::mem::take(&mut workspace.shared);
         let mut known: Option<Candidates> = (!self.casts_shadows).then_some(Candidates::Shared(&[]));
@@ -43,8 +46,8 @@ impl Lamp {
                 Sight::Around(irradiance) => Arrived { irradiance, variance: 0.0 },
                 Sight::Point(way, irradiance) => {
                     form_factors.count_point();
-                    let hidden = self.hidden(receiver, way, candidates, form_factors);
-                    Arrived { irradiance: if hidden { DVec3::ZERO } else { irradiance }, variance: 0.0 }
+                    let through = self.through(receiver, way, candidates, form_factors);
+                    Arrived { irradiance: through * irradiance, variance: 0.0 }
                 }
                 Sight::Polygon(seen) => {
                     seen.light(receiver, form_factors, candidates, worth, at.seed(k), workspace)
@@ -62,12 +65,13 @@ impl Lamp {
         form_factors: &FormFactors,
         workspace: &mut Workspace,
     ) -> DVec3 {
+        let own = self.blockers.as_ref().map(|blockers| form_factors.among(blockers));
+        let form_factors = own.as_ref().unwrap_or(form_factors);
         match self.seen_from(receiver) {
             Sight::Dark => DVec3::ZERO,
             Sight::Around(irradiance) => irradiance,
             Sight::Point(way, irradiance) => {
-                let hidden = self.hidden(receiver, way, Candidates::Crowd, form_factors);
-                if hidden { DVec3::ZERO } else { irradiance }
+                self.through(receiver, way, Candidates::Crowd, form_factors) * irradiance
             }
             Sight::Polygon(seen) => {
                 seen.light(receiver, form_factors, Candidates::Crowd, SURELY, 0, workspace).irradiance
@@ -75,23 +79,36 @@ impl Lamp {
         }
     }
 
-    /// Whether anything hides a point from a receiver.
-    fn hidden(
+    /// Share of a point's light, per channel, that gets to a receiver.
+    fn through(
         &self,
         receiver: &Receiver,
         way: DVec3,
         candidates: Candidates,
         form_factors: &FormFactors,
-    ) -> bool {
-        let blockers = form_factors.blockers;
-        match candidates {
-            Candidates::Shared(shared) => {
-                shared.iter().any(|&id| hides(&blockers.polygons()[id as usize], receiver.position, way))
+    ) -> DVec3 {
+        let blocking = form_factors.blockers.blocking();
+        let mut filters: SmallVec<[u32; 8]> = SmallVec::new();
+        let mut stops = |id: u32| {
+            let polygon = &blocking.polygons[id as usize];
+            if blocking.is_opaque(id) {
+                return hides(polygon, receiver.position, way);
             }
-            Candidates::Crowd => {
-                blockers.any(&self.tube(receiver), |polygon| hides(polygon, receiver.position, way))
+            if covers(polygon, receiver.position, way) {
+                filters.push(id);
             }
+            false
+        };
+        let stopped = match candidates {
+            Candidates::Shared(shared) => shared.iter().any(|&id| stops(id)),
+            Candidates::Crowd => form_factors.blockers.any(&self.tube(receiver), stops),
+        };
+        if stopped {
+            return DVec3::ZERO;
         }
+        // The tree's order depends on its builder.
+        filters.sort_unstable();
+        filters.iter().map(|&id| blocking.transmittance(id)).product()
     }
 }
 
@@ -115,7 +132,7 @@ impl SeenPolygon<'_> {
             form_factors.visible_weighted(receiver, &self.polygon, weight, candidates, worth, seed, workspace)
         });
         Arrived {
-            irradiance: found.value * self.exitance,
+            irradiance: found.coloured() * self.exitance,
             variance: (found.noise * self.exitance).length_squared(),
         }
     }

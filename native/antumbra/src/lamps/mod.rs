@@ -21,6 +21,8 @@ use crate::lamps::cone::{Cone, Spread};
 use crate::lamps::round::{corner_tangent, share_of_angle, spokes};
 use crate::scene::world::World;
 use crate::scene::{LampInput, LampShape};
+use crate::transport::sources::blockers_among;
+use crate::visibility::blockers::Blockers;
 use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
 use crate::visibility::{ConvexPolygon, Receiver, Weight, unoccluded_weighted};
 
@@ -36,6 +38,10 @@ const AROUND: f64 = 1.01;
 pub(crate) struct Lamp {
     kind: Kind,
     casts_shadows: bool,
+    /// Per object, where not all are lit.
+    lights: Option<Vec<bool>>,
+    /// What blocks, where that is not everything.
+    blockers: Option<Blockers>,
     /// Of what is far away, metres.
     reach: f64,
 }
@@ -127,11 +133,17 @@ impl Lamp {
     pub(crate) fn all(world: &World) -> Vec<Self> {
         (world.lamps.iter())
             .filter(|lamp| lamp.strength_rgb() != [0.0; 3])
-            .filter_map(|lamp| Self::new(lamp, BEYOND * world.diagonal))
+            .filter_map(|lamp| Self::new(lamp, world))
             .collect()
     }
 
-    fn new(input: &LampInput, reach: f64) -> Option<Self> {
+    fn new(input: &LampInput, world: &World) -> Option<Self> {
+        let reach = BEYOND * world.diagonal;
+        let among = |linked: &Option<Vec<u32>>| {
+            let mut is_linked = vec![false; world.objects.len()];
+            linked.as_ref()?.iter().for_each(|&object| is_linked[object as usize] = true);
+            Some(is_linked)
+        };
         let kind = match &input.shape {
             LampShape::Sun { direction, angle, irradiance_rgb } => {
                 let towards = direction.normalize();
@@ -151,11 +163,23 @@ impl Lamp {
                 spread: Spread::new(*spread),
             },
         };
-        Some(Self { kind, casts_shadows: input.casts_shadows, reach })
+        let blocks = among(&input.blocking_objects);
+        let blockers = blocks
+            .map(|blocks| blockers_among(world, |face| blocks[world.faces[face.index()].object.index()]));
+        let lights = among(&input.lit_objects);
+        Some(Self { kind, casts_shadows: input.casts_shadows, lights, blockers, reach })
+    }
+
+    /// Whether it lights an object; what is on none it lights.
+    pub(crate) fn lights(&self, object: u32) -> bool {
+        self.lights.as_ref().is_none_or(|lights| lights.get(object as usize).is_none_or(|&lights| lights))
     }
 
     /// What it looks like from a receiver.
     pub(crate) fn seen_from(&self, receiver: &Receiver) -> Sight<'_> {
+        if !self.lights(receiver.object) {
+            return Sight::Dark;
+        }
         match &self.kind {
             Kind::Sun { towards, irradiance, disc } => {
                 self.sun(receiver, *towards, *irradiance, disc.as_ref())

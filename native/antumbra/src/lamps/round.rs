@@ -66,7 +66,7 @@ mod tests {
                 let corners: Vec<DVec3> = spokes(axis).map(|spoke| axis + tangent * spoke).collect();
                 let corners: Vec<DVec3> = corners.into_iter().rev().collect();
                 let disc = ConvexPolygon::new(&corners).expect("it has an area");
-                let receiver = Receiver { position: DVec3::ZERO, normal: DVec3::Z };
+                let receiver = Receiver::new(DVec3::ZERO, DVec3::Z);
                 let found = unoccluded_form_factor(&receiver, &disc);
                 assert!((found / (share * axis.z) - 1.0).abs() < 1e-12, "{share}: {found}");
             }

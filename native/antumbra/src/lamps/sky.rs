@@ -236,10 +236,11 @@ impl Sky {
             // A wall may hide it whole, however much else stands there.
             let polygons = form_factors.blockers.polygons();
             let hides_all = |id: u32| {
+                let opaque = form_factors.blockers.blocking().is_opaque(id);
                 let hides_from = |&from: &DVec3| {
                     corners.iter().all(|&to| hides(&polygons[id as usize], from, self.reach * to))
                 };
-                box_corners.iter().all(hides_from)
+                opaque && box_corners.iter().all(hides_from)
             };
             if form_factors.blockers.large().iter().any(|&id| hides_all(id)) {
                 continue;
@@ -279,7 +280,7 @@ impl Sky {
                 found(
                     k,
                     Arrived {
-                        irradiance: seen.value * exitance,
+                        irradiance: seen.coloured() * exitance,
                         variance: (seen.noise * exitance).length_squared(),
                     },
                 );
@@ -383,7 +384,7 @@ mod tests {
         let mut cells: Vec<Cell> = faces().collect();
         for _ in 0..4 {
             for normal in [DVec3::Z, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::NEG_X] {
-                let receiver = Receiver { position: DVec3::ZERO, normal };
+                let receiver = Receiver::new(DVec3::ZERO, normal);
                 let sum: f64 =
                     cells.iter().map(|&c| unoccluded_form_factor(&receiver, &sky.polygon(c))).sum();
                 assert!((sum - 1.0).abs() < 1e-13, "{sum}");
@@ -391,7 +392,7 @@ mod tests {
             for cell in &cells {
                 let polygon = sky.polygon(*cell);
                 assert!(polygon.normal().dot(polygon.centroid()) < 0.0);
-                let receiver = Receiver { position: DVec3::ZERO, normal: polygon.centroid().normalize() };
+                let receiver = Receiver::new(DVec3::ZERO, polygon.centroid().normalize());
                 assert!(unoccluded_form_factor(&receiver, &polygon) < 1.2 * cell.most());
             }
             cells = cells.into_iter().flat_map(Cell::parts).collect();

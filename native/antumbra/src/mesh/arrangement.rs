@@ -39,6 +39,15 @@ impl LineKind {
     pub(crate) fn jumps(self) -> bool {
         self != Self::Shadow
     }
+
+    /// What stands for it in a baked mesh; 0 is no line.
+    pub(crate) fn number(self) -> i8 {
+        match self {
+            Self::Shadow => 1,
+            Self::Sharp => 2,
+            Self::Contact => 3,
+        }
+    }
 }
 
 /// A line across a face, clipped to it; an end where it leaves the face is exactly on the border.

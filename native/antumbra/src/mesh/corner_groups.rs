@@ -83,6 +83,7 @@ pub(super) fn group_corners(world: &World) -> (Vec<Sample>, Vec<[SampleId; 3]>) 
             inward: group.towards_centroids * (ONE_SIDED_STEP / f64::from(group.corners)),
             one_sided: group.rim.is_open(),
             in_plane: false,
+            object: world.object_of_vertex(group.vertex),
             parents: None,
         })
         .collect();

@@ -68,6 +68,8 @@ pub(crate) struct Sample {
     one_sided: bool,
     /// Whether it is looked at in its flat face, not above it: where a sharp shadow ends, which moves with the height.
     in_plane: bool,
+    /// The object whose surface it is on.
+    pub(crate) object: u32,
     /// The samples whose mean stands for this one where light is even.
     pub(crate) parents: Option<[SampleId; 2]>,
 }
@@ -132,7 +134,7 @@ impl Sample {
         // Stepping off the surface as well makes the facets around a smooth vertex block as they should.
         let lift = if self.in_plane { 0.0 } else { self.inward.length() };
         let step = self.inward + lift * normal;
-        Receiver { position: self.position + steps * step, normal }
+        Receiver::new(self.position + steps * step, normal).of(self.object)
     }
 }
 

@@ -154,7 +154,7 @@ impl Builder<'_> {
                     });
                     let vertex = VertexId::new(self.mesh.positions.len());
                     self.mesh.positions.push(position);
-                    (vertex, self.push_sample(position, normal))
+                    (vertex, self.push_sample(position, normal, face.object.index() as u32))
                 }
             })
             .collect();
@@ -202,12 +202,13 @@ impl Builder<'_> {
         };
         let normal = self.mesh.samples[a.index()].normal + self.mesh.samples[b.index()].normal;
         let position = self.mesh.positions[vertex.index()];
-        let sample = self.push_sample(position, normal.try_normalize().unwrap_or(face.normal));
+        let object = face.object.index() as u32;
+        let sample = self.push_sample(position, normal.try_normalize().unwrap_or(face.normal), object);
         self.edge_samples.insert(place(edge_key(a, b)), (vertex, sample));
         (vertex, sample)
     }
 
-    fn push_sample(&mut self, position: DVec3, normal: DVec3) -> SampleId {
+    fn push_sample(&mut self, position: DVec3, normal: DVec3, object: u32) -> SampleId {
         let inward = DVec3::ZERO;
         self.mesh.samples.push(Sample {
             position,
@@ -215,6 +216,7 @@ impl Builder<'_> {
             inward,
             one_sided: false,
             in_plane: false,
+            object,
             parents: None,
         });
         SampleId::new(self.mesh.samples.len() - 1)
@@ -285,8 +287,8 @@ impl Builder<'_> {
             let known = made.iter().find(|(root, _)| *root == sector[i]).map(|(_, sample)| *sample);
             let sample = known.unwrap_or_else(|| {
                 let old = &self.mesh.samples[self.mesh.tiles[id.index()].samples[k].index()];
-                let (position, normal) = (old.position, old.normal);
-                let sample = self.push_sample(position, normal);
+                let (position, normal, object) = (old.position, old.normal, old.object);
+                let sample = self.push_sample(position, normal, object);
                 made.push((sector[i], sample));
                 sample
             });

@@ -107,6 +107,7 @@ impl Mesh {
             inward: (opposite - position) * (0.5 * ONE_SIDED_STEP),
             one_sided: !self.has_both_sides([vertices[0], vertices[1]], ends),
             in_plane: false,
+            object: self.sample(a).object,
             parents: Some([a, b]),
         }
     }

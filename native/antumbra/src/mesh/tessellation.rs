@@ -150,6 +150,7 @@ impl<'a> Tessellation<'a> {
             one_sided,
             in_plane: tile.lines[k] == Some(LineKind::Sharp)
                 && self.world.faces[tile.face.index()].corner_normals.is_none(),
+            object: self.samples[a.index()].object,
             parents: Some([a, b]),
         }
     }
@@ -162,6 +163,7 @@ impl<'a> Tessellation<'a> {
             inward: DVec3::ZERO,
             one_sided: false,
             in_plane: false,
+            object: self.samples[parents[0].index()].object,
             parents: Some(parents),
         }
     }

@@ -14,6 +14,10 @@ pub struct LampInput {
     pub name: String,
     /// Whether surfaces block its light.
     pub casts_shadows: bool,
+    /// The objects that it lights; `None` for all.
+    pub lit_objects: Option<Vec<u32>>,
+    /// The objects that block its light, where they block any; `None` for all.
+    pub blocking_objects: Option<Vec<u32>>,
     /// What and where it is.
     pub shape: LampShape,
 }
@@ -81,6 +85,11 @@ pub struct SkyInput {
 }
 
 impl LampInput {
+    /// A lamp that lights everything, which blocks its light.
+    pub fn new(name: &str, shape: LampShape) -> Self {
+        Self { name: name.to_owned(), casts_shadows: true, lit_objects: None, blocking_objects: None, shape }
+    }
+
     /// The points that must move with the world.
     pub(crate) fn points_mut(&mut self) -> &mut [DVec3] {
         match &mut self.shape {

@@ -32,9 +32,9 @@ pub struct MaterialInput {
     pub reflectance_rgb: [f64; 3],
     /// Exitance `pi·L` per channel in W/m², on both sides of the surface.
     pub exitance_rgb: [f64; 3],
-    /// Whether it stops light. What does not is lit and shown, and emits, but reflects nothing to others: all light
-    /// goes on behind it, and reflecting a part of it too would make light of nothing.
-    pub blocks: bool,
+    /// Share of light per channel, 0 (opaque) to 1, that goes on straight behind it. It reflects at most the rest to
+    /// others: more would make light of nothing. What lets everything through is lit and shown all the same.
+    pub transmittance_rgb: [f64; 3],
 }
 
 /// A triangle mesh in its own space.

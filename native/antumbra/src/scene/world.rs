@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::error::Error;
 use crate::index::{FaceId, typed_index};
 use crate::scene::{AreaLightInput, LampInput, LampShape, MaterialInput, ObjectInput, SceneInput, SkyInput};
-use crate::visibility::ConvexPolygon;
+use crate::visibility::{ConvexPolygon, grey};
 
 typed_index! {
     /// Index of an object in [`SceneInput::objects`].
@@ -45,8 +45,8 @@ pub(crate) struct WorldObject {
 /// The scene that the solver works on.
 #[derive(Debug)]
 pub(crate) struct World {
-    /// Materials as they take part in the exchange of light: one that does not block, or whose object sends nothing to
-    /// others, is there once more without what it does not send.
+    /// Materials as they take part in the exchange of light: one that reflects what also goes on behind it, or whose
+    /// object lets light through or sends nothing to others, is there once more without what it does not send.
     pub(crate) materials: Vec<MaterialInput>,
     /// The same materials as they are shown.
     pub(crate) shown_materials: Vec<MaterialInput>,
@@ -76,6 +76,7 @@ impl World {
         for object in &input.objects {
             validate_object(object, input.materials.len())?;
         }
+        input.lamps.iter().try_for_each(|lamp| validate_links(lamp, input.objects.len()))?;
         let mut world = Self {
             materials: input.materials.clone(),
             shown_materials: input.materials.clone(),
@@ -113,9 +114,19 @@ impl World {
         face.vertices.map(|v| self.vertices[v as usize])
     }
 
+    /// The object that a vertex belongs to.
+    pub(crate) fn object_of_vertex(&self, vertex: u32) -> u32 {
+        self.objects.partition_point(|object| object.first_vertex <= vertex) as u32 - 1
+    }
+
     /// The material of a face as it takes part in the exchange of light.
     pub(crate) fn material(&self, face: FaceId) -> &MaterialInput {
         &self.materials[self.faces[face.index()].material as usize]
+    }
+
+    /// Share of light that goes on behind a face, per channel.
+    pub(crate) fn transmittance(&self, face: FaceId) -> DVec3 {
+        DVec3::from_array(self.material(face).transmittance_rgb)
     }
 
     /// The material of a face as it is shown.
@@ -160,8 +171,11 @@ impl World {
     /// The number of a material as an object that takes this part in the exchange has it.
     fn material_taking(&mut self, part: Part, material: u32, twins: &mut Twins) -> u32 {
         let shown = &self.shown_materials[material as usize];
-        let blocks = part.blocks && shown.blocks;
-        if blocks && part.sends {
+        let transmittance_rgb = if part.blocks { shown.transmittance_rgb } else { [1.0; 3] };
+        let stopped = stopped(transmittance_rgb);
+        let sent = |k: usize| if part.sends { shown.reflectance_rgb[k].min(stopped[k]) } else { 0.0 };
+        let reflectance_rgb = std::array::from_fn(sent);
+        if part.blocks && part.sends && reflectance_rgb == shown.reflectance_rgb {
             return material;
         }
         if let Some(&twin) = twins.get(&(material, part)) {
@@ -172,9 +186,9 @@ impl World {
         let twin = self.materials.len() as u32;
         self.materials.push(MaterialInput {
             name: shown.name.clone(),
-            reflectance_rgb: [0.0; 3],
+            reflectance_rgb,
             exitance_rgb,
-            blocks,
+            transmittance_rgb,
         });
         self.shown_materials.push(shown);
         twins.insert((material, part), twin);
@@ -260,6 +274,13 @@ type Twins = FxHashMap<(u32, Part), u32>;
 /// would split the corners of one smooth fan, larger would melt facets of a 100,000-gon together.
 pub(crate) const SAME_NORMAL: f64 = 1e-10;
 
+/// Share of light per channel that a surface stops, of which a part is reflected. Between surfaces only the mean over the
+/// channels is known.
+fn stopped(transmittance_rgb: [f64; 3]) -> [f64; 3] {
+    let through = grey(DVec3::from_array(transmittance_rgb));
+    transmittance_rgb.map(|share| 1.0 - share.max(through))
+}
+
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
 fn validate_material(material: &MaterialInput) -> Result<(), Error> {
@@ -267,6 +288,11 @@ fn validate_material(material: &MaterialInput) -> Result<(), Error> {
     for (channel, &value) in CHANNELS.into_iter().zip(&material.reflectance_rgb) {
         if !(0.0..=1.0).contains(&value) {
             return Err(Error::ReflectanceOutOfRange { material: name(), channel, value });
+        }
+    }
+    for (channel, &value) in CHANNELS.into_iter().zip(&material.transmittance_rgb) {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Error::TransmittanceOutOfRange { material: name(), channel, value });
         }
     }
     for (channel, &value) in CHANNELS.into_iter().zip(&material.exitance_rgb) {
@@ -281,6 +307,14 @@ fn validate_light(light: &AreaLightInput) -> Result<(), Error> {
     let finite =
         light.exitance_rgb.iter().all(|v| v.is_finite()) && light.outline.iter().all(|p| p.is_finite());
     if finite { Ok(()) } else { Err(Error::LightNotFinite { light: light.name.clone() }) }
+}
+
+fn validate_links(lamp: &LampInput, objects: usize) -> Result<(), Error> {
+    let linked = [&lamp.lit_objects, &lamp.blocking_objects];
+    match linked.into_iter().flatten().flatten().find(|&&object| object as usize >= objects) {
+        None => Ok(()),
+        Some(&object) => Err(Error::LinkOutOfRange { light: lamp.name.clone(), object, objects }),
+    }
 }
 
 fn validate_object(object: &ObjectInput, materials: usize) -> Result<(), Error> {

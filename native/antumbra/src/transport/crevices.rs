@@ -12,27 +12,30 @@ use crate::visibility::ConvexPolygon;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
-/// Rays from each side.
-const RAYS: usize = 64;
+/// Rays from each side, as a square of so many.
+const RAYS: usize = 8;
 
 /// A patch lies half in the open where more than some share of the rays, but not all but that share, meet something within some
 /// distance, in edges of a square of its area: of a wide gap and of a narrow one, under a narrow strip maybe. Where two walls
 /// meet it is less, on patches that touch the other wall.
 const GAPS: [(f64, f64); 2] = [(0.125, 0.125), (0.03, 0.03)];
 
-/// Quarters patches until none lies half in a crevice or they are smaller than a square of `smallest` metres. In order.
+/// Quarters patches until none lies half in a crevice, they are smaller than a square of `smallest` metres, or it has to
+/// end. In order.
 pub(crate) fn cut_at_crevices(
     mesh: &mut Mesh,
     blockers: &Blockers,
     patches: Vec<ElementId>,
     smallest: f64,
+    ends: &(dyn Fn() -> bool + Sync),
 ) -> Vec<ElementId> {
-    let directions = Directions::at_least(RAYS);
+    let directions = Directions::square(RAYS);
     let mut fitting = Vec::with_capacity(patches.len());
     let mut open = patches;
     while !open.is_empty() {
-        let cut: Vec<bool> =
-            open.par_iter().map(|&id| is_half_covered(mesh, blockers, id, smallest, &directions)).collect();
+        let cut: Vec<bool> = (open.par_iter())
+            .map(|&id| !ends() && is_half_covered(mesh, blockers, id, smallest, &directions))
+            .collect();
         let mut parts = Vec::new();
         for (id, cut) in open.into_iter().zip(cut) {
             if !cut {
@@ -63,11 +66,12 @@ fn is_half_covered(
     let Some(polygon) = ConvexPolygon::triangle(a, b, c).filter(|_| size > smallest) else { return false };
     let seed = splitmix(id.index() as u64);
     let shift = [0, 1].map(|axis| unit(splitmix(seed ^ axis)));
+    let reach = size * GAPS.iter().map(|(within, _)| *within).fold(0.0, f64::max);
     [1.0, -1.0].into_iter().any(|side| {
         let distances: Vec<f64> = (directions.about(side * polygon.normal(), unit(seed)).enumerate())
             .map(|(k, direction)| {
                 let start = point_on(&polygon, spread(shift, k as u32));
-                let hit = blockers.first_hit(start, direction);
+                let hit = blockers.first_hit_within(start, direction, reach);
                 hit.map_or(f64::INFINITY, |hit| hit.distance / size)
             })
             .collect();

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use crate::transport::hierarchy::{Hierarchy, NodeId};
 use crate::transport::links::Link;
-use crate::visibility::ConvexPolygon;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, unit};
+use crate::visibility::{ConvexPolygon, grey};
 
 /// Absorbed share of a closed space's light below which it has no solution: rounding of 1 - rho.
 pub(crate) const ABSORBS_NOTHING: f64 = 1e-12;
@@ -110,7 +110,7 @@ impl Enclosure {
                     return Some(*share);
                 }
                 let rays = rays(space);
-                Some(1.0 - escaping(polygon, rays, blockers, index as u64) as f64 / rays as f64)
+                Some(1.0 - escaping(polygon, rays, blockers, index as u64) / rays as f64)
             })
             .collect();
         // A leaf that nothing is linked to is a space of its own, and open.
@@ -148,20 +148,21 @@ fn certain(
         .collect()
 }
 
-/// How many rays of a polygon, spread over it and its hemisphere like its light, meet nothing.
-pub(crate) fn escaping(polygon: &ConvexPolygon, rays: u64, blockers: &Blockers, seed: u64) -> u64 {
+/// How many rays of a polygon, spread over it and its hemisphere like its light, meet nothing; of those that meet filters
+/// the share that gets through.
+pub(crate) fn escaping(polygon: &ConvexPolygon, rays: u64, blockers: &Blockers, seed: u64) -> f64 {
     let normal = polygon.normal();
     // Without a turn of its own, all parts of a wall would look in the same directions and miss the same leaks.
     let turn = unit(splitmix(!seed));
     (0..rays)
-        .filter(|&ray| {
+        .map(|ray| {
             let random = |k: u64| unit(splitmix(seed.wrapping_mul(0x51_7C_C1).wrapping_add(4 * ray + k)));
             let start = point_on(polygon, [random(1), random(2)]) + LIFT * blockers.diagonal() * normal;
             let height = (ray as f64 + random(0)) / rays as f64;
             let to = cosine_direction(normal, height, (turn + ray as f64 * 0.618_033_988_749_894_9).fract());
-            !blockers.blocks_segment(start, start + 2.0 * blockers.diagonal() * to)
+            grey(blockers.through_segment(start, start + 2.0 * blockers.diagonal() * to))
         })
-        .count() as u64
+        .sum()
 }
 
 /// A direction above a plane, as often as light takes it (Malley).

@@ -14,6 +14,7 @@ use glam::DVec3;
 use crate::transport::enclosure::Enclosure;
 use crate::transport::hierarchy::{Hierarchy, Surface};
 use crate::transport::links::Link;
+use crate::visibility::grey;
 
 /// Steps of the scaling. Each leaves about the square root of the defect that links of few points have; tens suffice.
 const MOST_STEPS: usize = 300;
@@ -79,10 +80,9 @@ impl<'a> Exchange<'a> {
 
     /// What share of what a leaf sends arrives at anything that stops it.
     fn row_sums(&self) -> Vec<f64> {
-        let stops = |surface: Option<&Surface>| surface.is_none_or(|surface| surface.blocks);
+        let stops = |surface: Option<&Surface>| surface.map_or(1.0, |surface| grey(surface.stops));
         let nodes = self.hierarchy.nodes.iter();
-        let ones: Vec<DVec3> =
-            nodes.map(|node| DVec3::splat(f64::from(stops(self.hierarchy.surface(node))))).collect();
+        let ones: Vec<DVec3> = nodes.map(|node| DVec3::splat(stops(self.hierarchy.surface(node)))).collect();
         self.apply(&ones).into_iter().map(|sum| sum.x).collect()
     }
 

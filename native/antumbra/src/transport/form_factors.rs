@@ -4,6 +4,7 @@
 //! them. Most shafts are empty.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -13,7 +14,8 @@ use crate::visibility::blockers::{Blockers, TooMany};
 use crate::visibility::rays::visible_share;
 use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
 use crate::visibility::{
-    ConvexPolygon, Receiver, Scratch, Weight, unoccluded_form_factor, unoccluded_weighted, visible_weighted,
+    ConvexPolygon, Receiver, Scratch, Weight, grey, unoccluded_form_factor, unoccluded_weighted,
+    visible_weighted,
 };
 
 /// Points in a cluster, at most. One shaft costs as much as a few exact evaluations, so fewer points share it too
@@ -51,8 +53,28 @@ const RAY_ERROR: f64 = 0.4;
 /// A form factor, and the standard error that rays left in it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Found {
+    /// Of what nothing opaque hides.
     pub(crate) value: f64,
+    /// Share of that light, per channel, that gets through what lets some of it through.
+    pub(crate) filter: DVec3,
     pub(crate) noise: f64,
+}
+
+impl Found {
+    /// Of all light of any channel, with its share.
+    fn of(value: f64, filter: DVec3, noise: f64) -> Self {
+        Self { value, filter, noise }
+    }
+
+    /// The form factor per channel.
+    pub(crate) fn coloured(&self) -> DVec3 {
+        self.value * self.filter
+    }
+
+    /// The same over the channels.
+    pub(crate) fn grey(&self) -> f64 {
+        self.value * grey(self.filter)
+    }
 }
 
 /// How the polygons that may block were found.
@@ -102,18 +124,23 @@ impl Workspace {
 /// Evaluates form factors in one scene.
 pub(crate) struct FormFactors<'a> {
     pub(crate) blockers: &'a Blockers,
-    counters: Counters,
+    counters: Arc<Counters>,
 }
 
 impl<'a> FormFactors<'a> {
     pub(crate) fn new(blockers: &'a Blockers) -> Self {
-        Self { blockers, counters: Counters::default() }
+        Self { blockers, counters: Arc::default() }
+    }
+
+    /// The same among other blockers, counted together.
+    pub(crate) fn among<'b>(&self, blockers: &'b Blockers) -> FormFactors<'b> {
+        FormFactors { blockers, counters: Arc::clone(&self.counters) }
     }
 
     /// How many form factors were exact, how many were sampled, the rays that took, and how many of the exact ones had
     /// nothing before their source.
     pub(crate) fn counts(&self) -> [u64; 4] {
-        let Counters { exact, sampled, rays, open } = &self.counters;
+        let Counters { exact, sampled, rays, open } = &*self.counters;
         [exact, sampled, rays, open].map(|count| count.load(Ordering::Relaxed))
     }
 
@@ -158,13 +185,13 @@ impl<'a> FormFactors<'a> {
         }
         let Workspace { kernel, own, .. } = workspace;
         let exact = |candidates: &[u32], kernel: &mut Scratch| {
-            let polygons = self.blockers.polygons();
-            let found = visible_weighted(receiver, source, worth, polygons, candidates, kernel).ok()?;
+            let blocking = self.blockers.blocking();
+            let found = visible_weighted(receiver, source, worth, blocking, candidates, kernel).ok()?;
             self.counters.exact.fetch_add(1, Ordering::Relaxed);
             if candidates.is_empty() {
                 self.counters.open.fetch_add(1, Ordering::Relaxed);
             }
-            Some(Found { value: found.value, noise: 0.0 })
+            Some(Found::of(found.value, found.filter, 0.0))
         };
         if let Candidates::Shared(shared) = candidates
             && shared.len() <= ALWAYS_EXACT
@@ -188,16 +215,18 @@ impl<'a> FormFactors<'a> {
         self.counters.sampled.fetch_add(1, Ordering::Relaxed);
         // Most receivers see all of a source or nothing, which a few rays tell; the others ask for all.
         let mut asked = count.min(PROBE_RAYS);
-        let mut share = visible_share(receiver, source, self.blockers, asked, seed);
-        if asked < count && share > 0.0 && share < 1.0 {
-            share = visible_share(receiver, source, self.blockers, count, seed);
+        let mut shares = visible_share(receiver, source, self.blockers, asked, seed);
+        if asked < count && shares.max_element() > 0.0 && shares.min_element() < 1.0 {
+            shares = visible_share(receiver, source, self.blockers, count, seed);
             asked = count;
         }
+        let share = grey(shares);
         self.counters.rays.fetch_add(u64::from(asked), Ordering::Relaxed);
         // Rays that all agree may still all be wrong: the next one would have disagreed one time in so many.
         let doubt = (share * (1.0 - share)).max(0.25 / f64::from(asked)).sqrt();
         let noise = 2.0 * RAY_ERROR * doubt * f64::from(asked).powf(-0.75);
-        Found { value: unoccluded * share, noise: unoccluded * noise }
+        let filter = if share > 0.0 { shares / share } else { DVec3::ONE };
+        Found::of(unoccluded * share, filter, unoccluded * noise)
     }
 }
 
@@ -320,7 +349,7 @@ impl FormFactors<'_> {
         let values = (receivers.iter().enumerate())
             .map(|(k, receiver)| {
                 let seed = seed.wrapping_mul(16).wrapping_add(k as u64);
-                let visible = self.visible(receiver, source, candidates, weight, seed, workspace).value;
+                let visible = self.visible(receiver, source, candidates, weight, seed, workspace).grey();
                 let open = match candidates {
                     Candidates::Shared([]) => visible,
                     _ if faces(receiver, source) => unoccluded_form_factor(receiver, source),
@@ -408,8 +437,8 @@ impl FormFactors<'_> {
     ) {
         let mut rays = 0;
         for k in 0..at.cluster.members.len() {
-            let Receiver { position, normal } = *at.receiver(k);
-            let (mut open, mut value) = (0.0, 0.0);
+            let Receiver { position, normal, .. } = *at.receiver(k);
+            let (mut open, mut value) = (0.0, DVec3::ZERO);
             for &(place, facing) in places {
                 let to = place - position;
                 let distance2 = to.length_squared();
@@ -418,11 +447,14 @@ impl FormFactors<'_> {
                 if kernel > 0.0 {
                     rays += 1;
                     open += kernel;
-                    value += if self.blockers.sees(position, place) { kernel } else { 0.0 };
+                    value += kernel * self.blockers.between(position, place);
                 }
             }
             if open > 0.0 {
-                found(k, Found { value, noise: (value * (open - value) / places.len() as f64).sqrt() });
+                let (filters, value) = (value, grey(value));
+                let filter = if value > 0.0 { filters / value } else { DVec3::ONE };
+                let noise = (value * (open - value) / places.len() as f64).sqrt();
+                found(k, Found::of(value, filter, noise));
             }
         }
         if rays > 0 {

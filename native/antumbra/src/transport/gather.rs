@@ -172,7 +172,7 @@ impl Gather<'_> {
                         (Seen::Cluster(representatives), Step::Whole) => {
                             let share = source.area() / representatives.len() as f64;
                             self.form_factors.of_representatives(at, representatives, |k, found| {
-                                sums[k].irradiance += share * found.value * source.radiosity();
+                                sums[k].irradiance += share * found.coloured() * source.radiosity();
                                 sums[k].variance +=
                                     (share * found.noise * source.radiosity()).length_squared();
                             });
@@ -180,7 +180,7 @@ impl Gather<'_> {
                         }
                     };
                     let found = |k: usize, found: Found| {
-                        sums[k].irradiance += found.value * source.radiosity_from(at.receiver(k));
+                        sums[k].irradiance += found.coloured() * source.radiosity_from(at.receiver(k));
                         sums[k].variance += (found.noise * source.radiosity()).length_squared();
                     };
                     let weight = self.weight(source.radiosity());
@@ -224,9 +224,9 @@ impl Gather<'_> {
                 if (self.ends)() {
                     return Arrived::default();
                 }
-                let directions = surroundings.effort.directions(area);
-                self.form_factors.count_rays(directions.len() as u64);
-                surroundings.at(receiver, directions)
+                let (arrived, rays) = surroundings.at(receiver, area);
+                self.form_factors.count_rays(rays as u64);
+                arrived
             })
             .collect();
         self.monitor.check()?;

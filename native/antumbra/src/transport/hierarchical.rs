@@ -29,7 +29,7 @@ use crate::transport::shooting::PatchMesh;
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::Emitters;
 use crate::transport::system::System;
-use crate::visibility::Receiver;
+use crate::visibility::{ANY_OBJECT, Receiver};
 
 /// Edge of the smallest element, in patches: enough for a lamp that touches a wall.
 const SMALLEST: f64 = 1.0 / 16.0;
@@ -193,9 +193,12 @@ impl<'a> Hierarchical<'a> {
                 direct[id.index()] = *known;
                 continue;
             }
+            let object = hierarchy.surface(node).map_or(ANY_OBJECT, |surface| {
+                self.world.faces[surface.faces[0].index()].object.index() as u32
+            });
             for (position, share) in quadrature(polygon, RULE) {
                 points.push((id, share));
-                receivers.push(Receiver { position, normal: polygon.normal() });
+                receivers.push(Receiver::new(position, polygon.normal()).of(object));
             }
         }
         let seeds: Vec<u64> = (0..receivers.len() as u64).collect();
@@ -274,7 +277,7 @@ impl<'a> Hierarchical<'a> {
         let mut inside = DVec3::ZERO;
         for (index, lamp) in self.emitters.polygons.iter().enumerate() {
             // The outside of a room that emits on both sides lights nothing.
-            if escaping(&lamp.polygon, RAYS, self.form_factors.blockers, index as u64) == 0 {
+            if escaping(&lamp.polygon, RAYS, self.form_factors.blockers, index as u64) == 0.0 {
                 inside += lamp.radiosity * lamp.polygon.area();
             }
         }
@@ -290,7 +293,7 @@ impl<'a> Hierarchical<'a> {
         for (index, node) in nodes.iter().enumerate().filter(|(index, _)| closed[*index]) {
             let Some(surface) = self.hierarchy.surface(node) else { continue };
             let space = spaces[index] as usize;
-            absorbing[space] += node.area * (DVec3::ONE - surface.reflectance);
+            absorbing[space] += node.area * (surface.stops - surface.reflectance);
             arriving[space] += node.area * self.direct[index].mean;
             area[space] += node.area;
         }

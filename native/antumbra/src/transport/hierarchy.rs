@@ -34,8 +34,8 @@ pub(crate) struct Surface {
     pub(crate) shown: DVec3,
     /// Whether its light is shown.
     pub(crate) receives: bool,
-    /// Whether what arrives ends here; otherwise it is counted where it goes on to.
-    pub(crate) blocks: bool,
+    /// Share of what arrives, per channel, that ends here; the rest is counted where it goes on to.
+    pub(crate) stops: DVec3,
     pub(crate) node: NodeId,
 }
 
@@ -125,7 +125,7 @@ impl Hierarchy {
                     reflectance: patch.reflectance,
                     shown: patch.shown,
                     receives: patch.receives && front,
-                    blocks: faces.iter().all(|&face| world.material(face).blocks),
+                    stops: DVec3::ONE - world.transmittance(faces[0]),
                     node: NodeId::new(0),
                 });
             }

@@ -13,7 +13,7 @@ use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId, REPRESENTATIVES};
 use crate::transport::quadrature::quadrature;
-use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
+use crate::visibility::{ConvexPolygon, Receiver, grey, unoccluded_form_factor};
 
 /// Two nodes that exchange light.
 #[derive(Debug, Clone)]
@@ -315,7 +315,7 @@ impl Estimate<'_> {
         let order = 1 + usize::from(size > ONE_POINT) + usize::from(size > FOUR_POINTS);
         let points = quadrature(here, order);
         let receivers: SmallVec<[Receiver; 16]> =
-            points.iter().map(|&(position, _)| Receiver { position, normal: here.normal() }).collect();
+            points.iter().map(|&(position, _)| Receiver::new(position, here.normal())).collect();
         let seen = self.form_factors.of_points(here, &receivers, there, weight, seed, workspace);
         let mut mean = 0.0;
         let mut unoccluded = 0.0;
@@ -403,9 +403,10 @@ impl Estimate<'_> {
             for (j, &(y, _)) in points[1].iter().enumerate() {
                 if kernels[i][j] > 0.0 {
                     rays += 1;
-                    if !self.form_factors.blockers.sees(x, y) {
-                        hidden += kernels[i][j] / (counts[0] * counts[1]) as f64;
-                        kernels[i][j] = 0.0;
+                    let through = grey(self.form_factors.blockers.between(x, y));
+                    if through < 1.0 {
+                        hidden += (1.0 - through) * kernels[i][j] / (counts[0] * counts[1]) as f64;
+                        kernels[i][j] *= through;
                     }
                 }
             }
@@ -450,7 +451,7 @@ fn faces_wholly(node: &Node, other: &Node) -> bool {
 /// How much the unblocked form factor to a source varies over a polygon.
 fn variation(polygon: &ConvexPolygon, source: &ConvexPolygon) -> f64 {
     let centre = polygon.centroid();
-    let at = |position| unoccluded_form_factor(&Receiver { position, normal: polygon.normal() }, source);
+    let at = |position| unoccluded_form_factor(&Receiver::new(position, polygon.normal()), source);
     let middle = at(centre);
     // Not quite at the corners: one that touches the source sees all of it or nothing.
     let corners = polygon.vertices().iter().map(|&v| at(v.lerp(centre, 0.1)));

@@ -25,13 +25,13 @@ use crate::transport::crevices::cut_at_crevices;
 use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
-use crate::transport::hemisphere::{Directions, Effort, Surroundings};
+use crate::transport::hemisphere::{Directions, Surroundings};
 use crate::transport::patches::received;
 use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
-use crate::visibility::{ConvexPolygon, Receiver};
+use crate::visibility::{ConvexPolygon, Receiver, grey};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
 /// by its faces anyway.
@@ -43,16 +43,22 @@ const SMALLEST: f64 = 1.0 / 16.0;
 /// Rays that leave all patches together for the exchange, about: ten seconds of processor time.
 const RAYS: f64 = 1e7;
 
-/// Rays that tell what is shown, about, before it is refined: half a minute of processor time.
-const RAYS_SHOWN: f64 = 3e7;
-
-/// Strata along each side of a hemisphere, at least: of a patch, whose error averages out over those who look at it, and of a
-/// point that is shown. With 16 rays darkness in a crevice cannot be told from noise.
+/// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it.
 const FEWEST: usize = 4;
-const FEWEST_SHOWN: usize = 6;
+const MOST: usize = 32;
+
+/// Of all ways to send so many rays from patches of areas a, the error over all area is least with a^(1/2.5) from each, since
+/// the squared error that strata leave falls about as N^-1.5.
+const POWER: f64 = 0.4;
 
 /// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
-const RESIDUAL: f64 = 1e-5;
+const RESIDUAL: f64 = 1e-4;
+
+/// Reflections after which light is late: in a room of a reflectance of 0.8, a thousandth of it.
+const EARLY: usize = 32;
+
+/// A pocket gets less than this share of its light early, relative to the scene as a whole.
+const LATE: f64 = 0.25;
 
 /// Sides that look around between two looks at what the user wants: some milliseconds.
 const AT_ONCE: usize = 4096;
@@ -80,26 +86,35 @@ pub(crate) struct Looking<'a> {
     tree: Blockers,
     /// Which patch each polygon of the tree is.
     blocking: Vec<u32>,
+    /// Per patch: share of what arrives that it stops, over the channels.
+    stops: Vec<f64>,
     rows: Rows,
     /// Per side: whether all light that it gets stays among such as it for ever.
     endless: Vec<bool>,
-    /// Of what is shown.
-    effort: Effort,
     /// Per side: what emitters bring, W/m².
     direct: Vec<DVec3>,
-    /// Per side: what it reflects, W/m².
+    /// Per side: what it reflects, W/m²; of filters that share of all rays that they stop.
     radiosity: Vec<DVec3>,
     iterations: usize,
     mean_shown: f64,
     solved: bool,
 }
 
-/// Cuts the scene's faces into patches that are small where they reach under something.
-pub(crate) fn patches_that_look_around(world: &World, blockers: &Blockers) -> PatchMesh {
-    let patch_size = (world.surface_area() / PATCHES).sqrt();
-    let mut mesh = Mesh::new(world);
+/// Edge of a patch, metres.
+pub(crate) fn patch_size(world: &World) -> f64 {
+    (world.surface_area() / PATCHES).sqrt()
+}
+
+/// Cuts the roots of a mesh into patches that are small where they reach under something.
+pub(crate) fn patches_that_look_around(
+    world: &World,
+    blockers: &Blockers,
+    mut mesh: Mesh,
+    ends: &(dyn Fn() -> bool + Sync),
+) -> PatchMesh {
+    let patch_size = patch_size(world);
     let elements = cut_into_patches(&mut mesh, patch_size);
-    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size);
+    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size, ends);
     PatchMesh { mesh, elements, patch_size }
 }
 
@@ -119,21 +134,21 @@ impl<'a> Looking<'a> {
     ) -> Result<Self, Error> {
         let PatchMesh { mesh, elements, .. } = patches;
         let patches = Sources::new(world, &mesh, &elements);
-        let blocks = |patch: &Patch| world.material(mesh.element(patch.elements[0]).face).blocks;
+        let through = |patch: &Patch| world.transmittance(mesh.element(patch.elements[0]).face);
+        let stops = patches.patches.iter().map(|patch| 1.0 - grey(through(patch))).collect();
         let blocking: Vec<u32> = (patches.patches.iter().enumerate())
-            .filter(|(_, patch)| blocks(patch))
+            .filter(|(_, patch)| through(patch) != DVec3::ONE)
             .map(|(index, _)| index as u32)
             .collect();
-        let polygons =
-            blocking.iter().map(|&index| patches.patches[index as usize].polygon.clone()).collect();
-        let tree = Blockers::new(polygons, world.diagonal);
-        let shown = patches.patches.iter().filter(|patch| patch.receives).map(|patch| patch.polygon.area());
-        let effort = Effort::of(RAYS_SHOWN, shown, FEWEST_SHOWN);
+        let (polygons, transmittances) = (blocking.iter())
+            .map(|&index| &patches.patches[index as usize])
+            .map(|patch| (patch.polygon.clone(), through(patch)))
+            .unzip();
+        let tree = Blockers::new(polygons, transmittances, world.diagonal);
         let around =
             Around { patches: &patches, tree: &tree, blocking: &blocking, sky: emitters.around.as_ref() };
         let rows = Rows::look_around(around, monitor)?;
         let mut this = Self {
-            effort,
             world,
             settings,
             monitor,
@@ -147,6 +162,7 @@ impl<'a> Looking<'a> {
             patches,
             tree,
             blocking,
+            stops,
             iterations: 0,
             mean_shown: 0.0,
             solved: false,
@@ -187,7 +203,9 @@ impl<'a> Looking<'a> {
             (0..self.patches.len()).filter(|&side| !self.rows.of(side).is_empty()).collect();
         let receiver = |side: usize| {
             let polygon = &self.patches.patches[side / 2].polygon;
-            Receiver { position: polygon.centroid(), normal: normal(polygon, side) }
+            let face = self.mesh.element(self.patches.patches[side / 2].elements[0]).face;
+            let object = self.world.faces[face.index()].object.index() as u32;
+            Receiver::new(polygon.centroid(), normal(polygon, side)).of(object)
         };
         let receivers: Vec<Receiver> = sides.iter().map(|&side| receiver(side)).collect();
         let seeds: Vec<u64> = sides.iter().map(|&side| side as u64).collect();
@@ -226,9 +244,15 @@ impl<'a> Looking<'a> {
     fn solve_system(&mut self) {
         let patches = &self.patches.patches;
         let sides = 0..self.patches.len();
-        let areas: Vec<f64> = sides.clone().map(|side| self.patches.area(SourceId::new(side))).collect();
+        // Rays that a filter stops see more of what it reflects: they are fewer.
+        let stops = |side: usize| self.stops[side / 2];
+        let areas: Vec<f64> =
+            sides.clone().map(|side| stops(side) * self.patches.area(SourceId::new(side))).collect();
         let reflectance: Vec<DVec3> = (sides.clone())
-            .map(|side| if self.endless[side] { DVec3::ZERO } else { patches[side / 2].reflectance })
+            .map(|side| {
+                let sends = stops(side) > 0.0 && !self.endless[side];
+                if sends { patches[side / 2].reflectance / stops(side) } else { DVec3::ZERO }
+            })
             .collect();
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
             (sides.clone().into_par_iter())
@@ -239,7 +263,13 @@ impl<'a> Looking<'a> {
                 })
                 .collect()
         };
-        let solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
+        let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
+        let early = |radiosity: &[DVec3]| -> Vec<DVec3> {
+            let arrived = arrive(radiosity).into_iter().zip(&self.direct);
+            arrived.zip(&reflectance).map(|((indirect, &direct), &rho)| rho * (direct + indirect)).collect()
+        };
+        let early = (0..EARLY).fold(vec![DVec3::ZERO; areas.len()], |radiosity, _| early(&radiosity));
+        darken_pockets(&mut solution.radiosity, &early, &areas);
         let mut irradiance = arrive(&solution.radiosity);
         irradiance.iter_mut().zip(&self.direct).for_each(|(indirect, direct)| *indirect += *direct);
         self.radiosity = solution.radiosity;
@@ -275,12 +305,8 @@ impl<'a> Looking<'a> {
     /// What surfaces reflect.
     pub(crate) fn lit(&self) -> Reflected<'_> {
         let of = |&patch: &u32| [0, 1].map(|side| self.radiosity[2 * patch as usize + side]);
-        Reflected::Around(Surroundings {
-            surfaces: &self.tree,
-            radiosity: self.blocking.iter().map(of).collect(),
-            sky: self.emitters.around.as_ref(),
-            effort: &self.effort,
-        })
+        let radiosity = self.blocking.iter().map(of).collect();
+        Reflected::Around(Surroundings::new(&self.tree, radiosity, self.emitters.around.as_ref()))
     }
 
     /// For the report.
@@ -291,6 +317,24 @@ impl<'a> Looking<'a> {
             links: self.rows.seen.iter().filter(|&&seen| seen != NOTHING).count(),
             iterations: self.iterations,
             imbalance: None,
+        }
+    }
+}
+
+/// Leaves of the light in pockets what arrives there early. A pocket gets nearly all its light after more than [`EARLY`]
+/// reflections, much later than the scene as a whole.
+///
+/// Inside a white cushion that absorbs nothing, light from one gap goes round until it finds the gap again: what it comes
+/// to is the ratio of two shares, of light that gets in and of light that is lost, and a few rays per patch tell neither.
+/// Where no gap is, the ends of patches that cross the cushion make one.
+fn darken_pockets(radiosity: &mut [DVec3], early: &[DVec3], areas: &[f64]) {
+    let power = |radiosity: &[DVec3]| -> f64 {
+        radiosity.iter().zip(areas).map(|(sent, area)| area * sent.element_sum()).sum()
+    };
+    let usual = power(early) / power(radiosity);
+    for (sent, &early) in radiosity.iter_mut().zip(early) {
+        if early.element_sum().abs() < LATE * usual * sent.element_sum().abs() {
+            *sent = early;
         }
     }
 }
@@ -323,7 +367,12 @@ impl Rows {
     fn look_around(around: Around, monitor: &Monitor) -> Result<Self, Error> {
         let patches = around.patches;
         let area = |side: usize| patches.area(SourceId::new(side));
-        let effort = Effort::of(RAYS, (0..patches.len()).map(area), FEWEST);
+        let hemispheres: Vec<Directions> = (FEWEST..=MOST).map(Directions::square).collect();
+        let weights: f64 = (0..patches.len()).map(|side| area(side).powf(POWER)).sum();
+        let directions = |side: usize| {
+            let strata = (RAYS / weights * area(side).powf(POWER)).sqrt() as usize;
+            &hemispheres[strata.clamp(FEWEST, MOST) - FEWEST]
+        };
         // What is black sends nothing on, whatever it gets.
         let matters = |side: usize| patches.patches[side / 2].reflectance != DVec3::ZERO;
         let mut known = vec![false; patches.len()];
@@ -344,7 +393,7 @@ impl Rows {
             for part in wave.chunks(AT_ONCE) {
                 monitor.check()?;
                 let met: Vec<(Vec<u32>, DVec3)> = (part.par_iter())
-                    .map(|&side| look(around, side as usize, effort.directions(area(side as usize))))
+                    .map(|&side| look(around, side as usize, directions(side as usize)))
                     .collect();
                 for (&side, (met, from_sky)) in part.iter().zip(met) {
                     let start = rows.seen.len() as u32;
@@ -404,7 +453,8 @@ fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, DVec
         .map(|(k, direction)| {
             // Points in an order of their own: neighbouring directions leave from all over the patch.
             let start = point_on(polygon, spread(shift, k as u32 + 1));
-            let Some(hit) = around.tree.first_hit(start, direction) else {
+            let chance = unit(splitmix(seed ^ (k as u64 + 3)));
+            let Some(hit) = around.tree.first_stop(start, direction, chance) else {
                 from_sky += around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
                 return NOTHING;
             };

@@ -400,7 +400,7 @@ impl<'a> Shooting<'a> {
                         weight,
                         Narrowed::Unknown,
                         workspace,
-                        |k, found| values.push((cluster.members[k], found.value as f32)),
+                        |k, found| values.push((cluster.members[k], found.grey() as f32)),
                     );
                 }
                 values

@@ -333,7 +333,7 @@ mod tests {
             (DVec3::new(-2.0, 0.5, 1.0), DVec3::X),
             (DVec3::new(3.5, 1.0, 0.5), -DVec3::X),
         ] {
-            let receiver = Receiver { position, normal };
+            let receiver = Receiver::new(position, normal);
             let form_factor = |node: &Node| match &node.shape {
                 Shape::Flat(polygon) => unoccluded_form_factor(&receiver, polygon),
                 Shape::Cluster(_) => panic!("all are squares"),

@@ -4,6 +4,7 @@
 //! the patch; the two sides of a patch are two sources.
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::index::{ElementId, FaceId, VertexId, typed_index};
@@ -13,6 +14,7 @@ use crate::scene::quads::{Half, Merged, merge};
 use crate::scene::world::{Face, World};
 use crate::transport::source_tree::{LitPolygon, SourceTree};
 use crate::visibility::ConvexPolygon;
+use crate::visibility::blockers::Blockers;
 
 typed_index! {
     /// One side of a patch.
@@ -125,18 +127,35 @@ impl Sources {
     }
 }
 
-/// The polygons that block light: every face that does, paired where two are one quadrilateral.
-pub(crate) fn blocking_polygons(world: &World) -> Vec<ConvexPolygon> {
-    whole_faces(world).into_iter().map(|merged| merged.polygon).collect()
+/// Everything that blocks light: every face that does, paired where two are one quadrilateral.
+pub(crate) fn blockers(world: &World) -> Blockers {
+    blockers_among(world, |_| true)
 }
 
-/// Every face that blocks, paired where two are one quadrilateral, of whatever materials; halves are indices of faces.
+/// The same of some faces; of an object all or none.
+pub(crate) fn blockers_among(world: &World, takes: impl Fn(FaceId) -> bool) -> Blockers {
+    let (polygons, transmittances) = whole_faces(world)
+        .into_iter()
+        .filter(|merged| takes(FaceId::new(merged.halves[0])))
+        .map(|merged| (merged.polygon, world.transmittance(FaceId::new(merged.halves[0]))))
+        .unzip();
+    Blockers::new(polygons, transmittances, world.diagonal)
+}
+
+/// Every face that blocks, paired where two are one quadrilateral that lets the same share of light through, of whatever
+/// materials; halves are indices of faces.
 pub(crate) fn whole_faces(world: &World) -> Vec<Merged> {
-    let blocks = |face: &FaceId| world.material(*face).blocks;
+    let blocks = |face: &FaceId| world.transmittance(*face) != DVec3::ONE;
     let faces: Vec<FaceId> = FaceId::range(0..world.faces.len()).filter(blocks).collect();
+    // The number of the first material that lets as much through
+    let mut shares: FxHashMap<[u64; 3], u64> = FxHashMap::default();
+    let alike: Vec<u64> = (world.materials.iter().enumerate())
+        .map(|(k, material)| *shares.entry(material.transmittance_rgb.map(f64::to_bits)).or_insert(k as u64))
+        .collect();
     let half = |face: &FaceId| {
         let face = &world.faces[face.index()];
-        Half { key: face.object.index() as u64, ..front_half(world, face) }
+        let key = (alike[face.material as usize] << 32) | face.object.index() as u64;
+        Half { key, ..front_half(world, face) }
     };
     let halves: Vec<Half> = faces.iter().map(half).collect();
     let mut merged = merge(&halves);
@@ -203,7 +222,7 @@ mod tests {
             name: "paint".to_owned(),
             reflectance_rgb: [reflectance; 3],
             exitance_rgb: [0.0; 3],
-            blocks: true,
+            transmittance_rgb: [0.0; 3],
         };
         let object = ObjectInput {
             name: "square".to_owned(),
@@ -228,7 +247,7 @@ mod tests {
     fn a_textured_square_blocks_as_one_and_sends_as_two() {
         for (materials, patches) in [([0, 0], 1), ([0, 1], 2)] {
             let world = square(materials);
-            assert_eq!(blocking_polygons(&world).len(), 1);
+            assert_eq!(blockers(&world).polygons().len(), 1);
             let mesh = Mesh::new(&world);
             let roots: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).collect();
             assert_eq!(Sources::new(&world, &mesh, &roots).patches.len(), patches);

@@ -18,8 +18,12 @@ const RESIDUAL: f64 = 1e-11;
 /// One equation with its solution; all lists are per node and have a meaning for leaves.
 #[derive(Debug, Default)]
 pub(crate) struct System {
-    /// m²; 0 for what is no leaf, and for leaves at which light does not end.
+    /// m²; 0 for what is no leaf, and for leaves that light goes through as if they were not there.
     areas: Vec<f64>,
+    /// Share of what arrives, per channel, that ends there.
+    stops: Vec<DVec3>,
+    /// Whether all surfaces let as much through of every channel, as links do.
+    colourless: bool,
     reflectance: Vec<DVec3>,
     /// [`Exchange::factors`].
     factors: Vec<f64>,
@@ -51,13 +55,15 @@ impl System {
         let mut exchange = Exchange::new(hierarchy, links);
         exchange.restore(enclosure);
         let nodes = &hierarchy.nodes;
+        let stops: Vec<DVec3> = (nodes.iter())
+            .map(|node| hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.stops))
+            .collect();
         let mut system = Self {
-            areas: (nodes.iter())
-                .map(|node| {
-                    let ends = hierarchy.surface(node).is_some_and(|surface| surface.blocks);
-                    if ends && node.is_leaf() { node.area } else { 0.0 }
-                })
+            areas: (nodes.iter().zip(&stops))
+                .map(|(node, stops)| if *stops != DVec3::ZERO && node.is_leaf() { node.area } else { 0.0 })
                 .collect(),
+            colourless: stops.iter().all(|stops| *stops == DVec3::splat(stops.x)),
+            stops,
             reflectance: (nodes.iter())
                 .map(|node| hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.reflectance))
                 .collect(),
@@ -98,12 +104,16 @@ impl System {
 
     /// Interpolated light holds a little more or less than was sent, which is set right.
     fn conserve(&self, sent: &[DVec3], found: &mut [Option<DVec3>]) {
+        if !self.colourless {
+            // Links let the same share of every channel through, and so sent another colour.
+            return;
+        }
         let mut sums = vec![[DVec3::ZERO; 2]; sent.len()];
         for (index, space) in self.certain.iter().enumerate() {
             if let (Some(space), Some(found)) = (*space, found[index]) {
                 let [landed, wanted] = &mut sums[space as usize];
-                *landed += self.areas[index] * found;
-                *wanted += self.areas[index] * sent[index];
+                *landed += self.ends_at(index) * found;
+                *wanted += self.ends_at(index) * sent[index];
             }
         }
         for (index, space) in self.certain.iter().enumerate() {
@@ -114,10 +124,15 @@ impl System {
         }
     }
 
+    /// Area of a leaf times the share of what arrives that ends there, m².
+    fn ends_at(&self, index: usize) -> DVec3 {
+        self.areas[index] * self.stops[index]
+    }
+
     /// So does what emitters bring.
     fn conserve_emitted(&mut self) {
         let Some(emitted) = self.emitted else { return };
-        let landed = self.areas.iter().zip(&self.arriving).map(|(area, h)| *area * *h).sum();
+        let landed = self.arriving.iter().enumerate().map(|(index, h)| self.ends_at(index) * *h).sum();
         let factor = restoring(emitted, landed);
         for h in &mut self.arriving {
             *h *= factor;
@@ -144,7 +159,7 @@ impl System {
     pub(crate) fn imbalance(&self) -> Option<f64> {
         let emitted = self.emitted?;
         let absorbed: DVec3 = (self.irradiance().into_iter().enumerate())
-            .map(|(index, h)| self.areas[index] * (DVec3::ONE - self.reflectance[index]) * h)
+            .map(|(index, h)| self.areas[index] * (self.stops[index] - self.reflectance[index]) * h)
             .sum();
         let lost = (absorbed - emitted).abs() / emitted;
         Some(DVec3::select(emitted.cmpgt(DVec3::ZERO), lost, DVec3::ZERO).max_element())

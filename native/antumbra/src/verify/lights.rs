@@ -7,12 +7,16 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use crate::index::FaceId;
 use crate::scene::world::World;
 use crate::scene::{ConeInput, LampInput, LampShape};
 use crate::transport::gather::rms;
+use crate::transport::sources::blockers_among;
 use crate::verify::beams::{LEAST_SPREAD, in_disc, kept_by_cone, kept_by_spread, panel_point};
+use crate::verify::paths::Surface;
 use crate::verify::sky::Sky;
 use crate::visibility::ConvexPolygon;
+use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::point_on;
 
 /// All lights of a scene.
@@ -27,7 +31,23 @@ pub(super) struct Lights {
 
 struct Light {
     kind: Kind,
-    casts_shadows: bool,
+    /// Whether each object is lit, where not all are.
+    lights: Option<Vec<bool>>,
+    stopped_by: Stops,
+}
+
+/// What stops a light.
+enum Stops {
+    Nothing,
+    All,
+    Some(Box<Blockers>),
+}
+
+/// What stops the light from a direction.
+pub(super) enum Stopped<'a> {
+    Never,
+    ByAll,
+    Among(&'a Blockers),
 }
 
 enum Kind {
@@ -59,7 +79,7 @@ enum Kind {
 }
 
 /// Where light may come from.
-pub(super) struct Incoming {
+pub(super) struct Incoming<'a> {
     /// Unit vector.
     pub(super) direction: DVec3,
     /// How far away it is; infinite for what lies beyond everything.
@@ -68,8 +88,8 @@ pub(super) struct Incoming {
     pub(super) worth: DVec3,
     /// Density per solid angle with which it was chosen, where a path could have run into it.
     pub(super) density: Option<f64>,
-    /// Whether it can be hidden.
-    pub(super) casts_shadows: bool,
+    /// What can hide it.
+    pub(super) stopped_by: Stopped<'a>,
 }
 
 /// Lights that are weighed against each other for each place; of more, the brightest are chosen for all places.
@@ -88,22 +108,23 @@ impl Lights {
             if material.exitance_rgb != [0.0; 3]
                 && let Some(polygon) = ConvexPolygon::triangle(a, b, c)
             {
-                of_face[index] = material.blocks.then_some(lights.len() as u32);
+                let met = material.transmittance_rgb != [1.0; 3];
+                of_face[index] = met.then_some(lights.len() as u32);
                 let exitance = DVec3::from_array(material.exitance_rgb);
-                let kind = Kind::Polygon { polygon, exitance, both_sides: true, met: material.blocks };
-                lights.push(Light { kind, casts_shadows: true });
+                let kind = Kind::Polygon { polygon, exitance, both_sides: true, met };
+                lights.push(Light::of_all(kind));
             }
         }
         for light in world.lights.iter().filter(|light| light.exitance_rgb != [0.0; 3]) {
             if let Some(polygon) = ConvexPolygon::new(&light.outline) {
                 let exitance = DVec3::from_array(light.exitance_rgb);
                 let kind = Kind::Polygon { polygon, exitance, both_sides: false, met: false };
-                lights.push(Light { kind, casts_shadows: true });
+                lights.push(Light::of_all(kind));
             }
         }
-        lights.extend(world.lamps.iter().filter_map(Light::of_lamp));
+        lights.extend(world.lamps.iter().filter_map(|lamp| Light::of_lamp(lamp, world)));
         let sky = world.sky.as_ref().and_then(Sky::new).map(|sky| {
-            lights.push(Light { kind: Kind::Sky(sky), casts_shadows: true });
+            lights.push(Light::of_all(Kind::Sky(sky)));
             lights.len() - 1
         });
         let mut sum = 0.0;
@@ -118,12 +139,12 @@ impl Lights {
     }
 
     /// What each light may be worth at a place, as shares of one.
-    pub(super) fn weigh(&self, at: DVec3, normal: DVec3) -> Weights {
+    pub(super) fn weigh(&self, at: &Surface) -> Weights {
         if self.all.len() > MOST_WEIGHED {
             return Weights(SmallVec::new());
         }
         let mut weights: SmallVec<[f64; MOST_WEIGHED]> =
-            self.all.iter().map(|light| light.brightness(at, normal)).collect();
+            self.all.iter().map(|light| light.brightness(at)).collect();
         let sum: f64 = weights.iter().sum();
         if sum > 0.0 {
             let seen = weights.iter().filter(|&&weight| weight > 0.0).count() as f64;
@@ -137,14 +158,14 @@ impl Lights {
     /// Chooses a light by a number from 0 to 1, and a direction towards it by two more.
     pub(super) fn choose(
         &self,
-        [at, normal]: [DVec3; 2],
+        at: &Surface,
         weights: &Weights,
         by: f64,
         place: [f64; 2],
-    ) -> Option<Incoming> {
+    ) -> Option<Incoming<'_>> {
         let (index, share) = self.pick(weights, by)?;
         let light = &self.all[index];
-        let mut incoming = light.towards([at, normal], place)?;
+        let mut incoming = light.towards(at, place)?;
         incoming.worth /= share;
         incoming.density = incoming.density.map(|density| density * share);
         Some(incoming)
@@ -197,7 +218,16 @@ impl Lights {
 pub(super) struct Weights(SmallVec<[f64; MOST_WEIGHED]>);
 
 impl Light {
-    fn of_lamp(input: &LampInput) -> Option<Self> {
+    /// One that lights all and is stopped by all.
+    fn of_all(kind: Kind) -> Self {
+        Self { kind, lights: None, stopped_by: Stops::All }
+    }
+
+    fn lights(&self, object: u32) -> bool {
+        self.lights.as_ref().is_none_or(|lights| lights[object as usize])
+    }
+
+    fn of_lamp(input: &LampInput, world: &World) -> Option<Self> {
         let kind = match &input.shape {
             LampShape::Sun { direction, angle, irradiance_rgb } => Kind::Sun {
                 towards: direction.normalize(),
@@ -217,7 +247,25 @@ impl Light {
                 half_spread: (0.5 * spread).max(LEAST_SPREAD),
             },
         };
-        (input.strength_rgb() != [0.0; 3]).then_some(Self { kind, casts_shadows: input.casts_shadows })
+        if input.strength_rgb() == [0.0; 3] {
+            return None;
+        }
+        let among = |objects: &Option<Vec<u32>>| {
+            let mut is_among = vec![false; world.objects.len()];
+            for &object in objects.as_ref()? {
+                is_among[object as usize] = true;
+            }
+            Some(is_among)
+        };
+        let stopped_by = match among(&input.blocking_objects) {
+            _ if !input.casts_shadows => Stops::Nothing,
+            None => Stops::All,
+            Some(blocks) => {
+                let stops = |face: FaceId| blocks[world.faces[face.index()].object.index()];
+                Stops::Some(Box::new(blockers_among(world, stops)))
+            }
+        };
+        Some(Self { kind, lights: among(&input.lit_objects), stopped_by })
     }
 
     /// Power that it sends into a scene of so much surface, about, W.
@@ -234,7 +282,11 @@ impl Light {
     }
 
     /// What it could be worth at a place: above 0 wherever it is worth anything.
-    fn brightness(&self, at: DVec3, normal: DVec3) -> f64 {
+    fn brightness(&self, surface: &Surface) -> f64 {
+        if !self.lights(surface.object) {
+            return 0.0;
+        }
+        let (at, normal) = (surface.position, surface.normal);
         match &self.kind {
             Kind::Polygon { polygon, exitance, both_sides, .. } => {
                 let ahead = *both_sides || polygon.normal().dot(at - polygon.vertices()[0]) > 0.0;
@@ -263,11 +315,19 @@ impl Light {
     }
 
     /// A direction towards it.
-    fn towards(&self, [at, normal]: [DVec3; 2], place: [f64; 2]) -> Option<Incoming> {
+    fn towards(&self, surface: &Surface, place: [f64; 2]) -> Option<Incoming<'_>> {
+        if !self.lights(surface.object) {
+            return None;
+        }
+        let (at, normal) = (surface.position, surface.normal);
         let incoming = |way: DVec3, worth: DVec3| {
             let distance = way.length();
-            let casts_shadows = self.casts_shadows;
-            Incoming { direction: way / distance, distance, worth, density: None, casts_shadows }
+            let stopped_by = match &self.stopped_by {
+                Stops::Nothing => Stopped::Never,
+                Stops::All => Stopped::ByAll,
+                Stops::Some(blockers) => Stopped::Among(blockers),
+            };
+            Incoming { direction: way / distance, distance, worth, density: None, stopped_by }
         };
         match &self.kind {
             Kind::Polygon { polygon, exitance, both_sides, met } => {
@@ -316,7 +376,7 @@ impl Light {
                 if distance <= *radius {
                     // Inside, all of the hemisphere shines, and nothing blocks it.
                     let worth = kept(way) / (radius * radius) * *intensity;
-                    return Some(Incoming { casts_shadows: false, ..incoming(normal, worth) });
+                    return Some(Incoming { stopped_by: Stopped::Never, ..incoming(normal, worth) });
                 }
                 let sine2 = (radius / distance).powi(2);
                 let open = sine2 / (1.0 + (1.0 - sine2).sqrt());

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::scene::world::World;
 use crate::transport::sources::whole_faces;
-use crate::verify::lights::Lights;
+use crate::verify::lights::{Incoming, Lights, Stopped};
 use crate::visibility::blockers::{Blockers, Hit};
 use crate::visibility::rays::{splitmix, unit};
 
@@ -20,6 +20,8 @@ pub(super) struct Surface {
     pub(super) normal: DVec3,
     /// Unit normal of the face itself: from behind it nothing arrives.
     pub(super) flat_normal: DVec3,
+    /// The object that it is of, which lights may leave out.
+    pub(super) object: u32,
 }
 
 /// An estimate, and what it took.
@@ -113,16 +115,14 @@ impl Walk<'_> {
         let mut carried = DVec3::ONE;
         loop {
             // One look at a light
-            let weights = lights.weigh(here.position, here.normal);
+            let weights = lights.weigh(&here);
             let [by, place @ ..] = numbers.light;
-            if let Some(light) = lights.choose([here.position, here.normal], &weights, by, place) {
+            if let Some(light) = lights.choose(&here, &weights, by, place) {
                 let cosine = here.normal.dot(light.direction);
-                if cosine > 0.0
-                    && here.flat_normal.dot(light.direction) > 0.0
-                    && (!light.casts_shadows || self.sees(here.position, light.direction, light.distance))
-                {
+                if cosine > 0.0 && here.flat_normal.dot(light.direction) > 0.0 {
                     let balance = light.density.map_or(1.0, |density| density / (density + cosine / PI));
-                    arrived += carried * (balance * cosine * light.worth);
+                    let through = self.through(here.position, &light);
+                    arrived += carried * (through * balance * cosine * light.worth);
                 }
             }
 
@@ -132,22 +132,37 @@ impl Walk<'_> {
                 return arrived;
             }
             let own_density = here.normal.dot(direction) / PI;
-            self.rays += 1;
-            let Some(hit) = blockers.first_hit(here.position, direction) else {
-                let (light, density) = lights.beyond(&weights, direction);
-                return arrived + carried * (own_density / (own_density + density) * light);
+            let mut travelled = 0.0;
+            let (face, material, position, normal) = loop {
+                self.rays += 1;
+                let Some(hit) = blockers.first_hit(here.position + travelled * direction, direction) else {
+                    let (light, density) = lights.beyond(&weights, direction);
+                    return arrived + carried * (own_density / (own_density + density) * light);
+                };
+                travelled += hit.distance;
+                let position = here.position + travelled * direction;
+                let face = self.paths.face(hit, position);
+                let material = &world.materials[world.faces[face].material as usize];
+                let normal = blockers.polygons()[hit.polygon as usize].normal();
+                let normal = if hit.front { normal } else { -normal };
+                if material.exitance_rgb != [0.0; 3] {
+                    let cosine = -normal.dot(direction);
+                    let density = lights.density_of_face(&weights, face, travelled, cosine);
+                    let balance = own_density / (own_density + density);
+                    arrived += carried * (balance * DVec3::from_array(material.exitance_rgb));
+                }
+                // What lets light through is passed as often as it does, or stops the path.
+                let through = DVec3::from_array(material.transmittance_rgb);
+                let passes = through.element_sum() / 3.0;
+                if passes == 0.0 {
+                    break (face, material, position, normal);
+                }
+                if self.chance.next() >= passes {
+                    carried /= 1.0 - passes;
+                    break (face, material, position, normal);
+                }
+                carried *= through / passes;
             };
-            let position = here.position + hit.distance * direction;
-            let face = self.paths.face(hit, position);
-            let material = &world.materials[world.faces[face].material as usize];
-            let normal = blockers.polygons()[hit.polygon as usize].normal();
-            let normal = if hit.front { normal } else { -normal };
-            if material.exitance_rgb != [0.0; 3] {
-                let cosine = -normal.dot(direction);
-                let density = lights.density_of_face(&weights, face, hit.distance, cosine);
-                let balance = own_density / (own_density + density);
-                arrived += carried * (balance * DVec3::from_array(material.exitance_rgb));
-            }
 
             // On from there, or not
             carried *= DVec3::from_array(material.reflectance_rgb);
@@ -156,7 +171,8 @@ impl Walk<'_> {
                 return arrived;
             }
             carried /= survival;
-            here = Surface { position, normal, flat_normal: normal };
+            let object = world.faces[face].object.index() as u32;
+            here = Surface { position, normal, flat_normal: normal, object };
             numbers = First {
                 direction: std::array::from_fn(|_| self.chance.next()),
                 light: std::array::from_fn(|_| self.chance.next()),
@@ -164,16 +180,22 @@ impl Walk<'_> {
         }
     }
 
-    fn sees(&mut self, from: DVec3, direction: DVec3, distance: f64) -> bool {
+    /// The share of a light that nothing stops on its way, per channel.
+    fn through(&mut self, from: DVec3, light: &Incoming) -> DVec3 {
+        let blockers = match light.stopped_by {
+            Stopped::Never => return DVec3::ONE,
+            Stopped::ByAll => self.paths.blockers,
+            Stopped::Among(blockers) => blockers,
+        };
         self.rays += 1;
-        let blockers = self.paths.blockers;
-        if distance.is_finite() {
-            blockers.sees(from, from + distance * direction)
-        } else {
-            blockers.first_hit(from, direction).is_none()
-        }
+        // What is endlessly far away is beyond everything.
+        let distance = light.distance.min(BEYOND * blockers.diagonal());
+        blockers.between(from, from + distance * light.direction)
     }
 }
+
+/// A distance beyond everything, in diagonals of the scene.
+const BEYOND: f64 = 4.0;
 
 /// A direction about a normal, by the cosine (Malley's method).
 fn about(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::display::Display;
+use crate::display::{Display, Shown};
 use crate::index::FaceId;
 use crate::scene::world::World;
 use crate::verify::paths::Surface;
@@ -73,7 +73,7 @@ impl Points {
     pub(super) fn arriving(&self, display: &Display, indirect_scale: DVec3) -> Vec<DVec3> {
         let [direct, indirect] = display.layers(indirect_scale);
         let mut found = Found::new(self);
-        for (face, corners) in display.triangles() {
+        for Shown { face, corners, .. } in display.triangles() {
             let at = |sample: usize| direct[sample] + indirect[sample];
             let light =
                 || corners.each_ref().map(|c| 0.5 * (at(c.samples[0].index()) + at(c.samples[1].index())));
@@ -116,7 +116,8 @@ impl Point {
         let mix = |[a, b, c]: [DVec3; 3]| barycentric.x * a + barycentric.y * b + barycentric.z * c;
         let of = &world.faces[face.index()];
         let normal = of.corner_normals.map_or(of.normal, |normals| mix(normals).normalize_or(of.normal));
-        let surface = Surface { position: mix(world.corners(of)), normal, flat_normal: of.normal };
+        let object = of.object.index() as u32;
+        let surface = Surface { position: mix(world.corners(of)), normal, flat_normal: of.normal, object };
         Self { face, barycentric, surface }
     }
 }

@@ -11,14 +11,17 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::{Ray, RayHit};
+use smallvec::SmallVec;
 
-use crate::visibility::ConvexPolygon;
 use crate::visibility::shaft::Shaft;
+use crate::visibility::{Blocking, ConvexPolygon, grey};
 
 /// The blocking polygons of a scene.
 pub(crate) struct Blockers {
     polygons: Vec<ConvexPolygon>,
-    /// The largest of them.
+    /// Share of light that each lets through, per channel; empty where all are opaque.
+    transmittances: Vec<DVec3>,
+    /// The largest of those that are opaque.
     large: Vec<u32>,
     tree: Option<Bvh2>,
     /// What rays need of the polygons, in the order of the tree: neighbours lie in memory side by side.
@@ -49,15 +52,35 @@ pub(crate) struct Hit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooMany;
 
+impl std::fmt::Debug for Blockers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Blockers").field("polygons", &self.polygons.len()).finish_non_exhaustive()
+    }
+}
+
 impl Blockers {
+    /// Builds the tree over polygons that let nothing through. They keep their indices.
+    #[cfg(test)]
+    pub(crate) fn opaque(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
+        let transmittances = vec![DVec3::ZERO; polygons.len()];
+        Self::new(polygons, transmittances, diagonal)
+    }
+
     /// Builds the tree. Polygons keep their indices.
-    pub(crate) fn new(polygons: Vec<ConvexPolygon>, diagonal: f64) -> Self {
+    ///
+    /// `transmittances`: the share of light that each lets through, per channel.
+    pub(crate) fn new(polygons: Vec<ConvexPolygon>, mut transmittances: Vec<DVec3>, diagonal: f64) -> Self {
+        if transmittances.iter().all(|&share| share == DVec3::ZERO) {
+            transmittances.clear();
+        }
         if polygons.is_empty() {
+            let (large, panels) = (Vec::new(), Vec::new());
             return Self {
                 polygons,
-                large: Vec::new(),
+                transmittances,
+                large,
                 tree: None,
-                panels: Vec::new(),
+                panels,
                 diagonal,
                 hides_nothing: Vec::new(),
                 everywhere: false,
@@ -72,13 +95,22 @@ impl Blockers {
         boxes.push(Aabb::from_point(whole.min - margin));
         boxes.push(Aabb::from_point(whole.max + margin));
         let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
-        let large = largest(&polygons);
+        let large = largest(Blocking { polygons: &polygons, transmittances: &transmittances });
         let panels = (tree.primitive_indices.iter())
             .map(|&index| {
                 polygons.get(index as usize).map_or_else(Panel::nowhere, |polygon| Panel::new(index, polygon))
             })
             .collect();
-        Self { polygons, large, tree: Some(tree), panels, diagonal, hides_nothing, everywhere: false }
+        Self {
+            polygons,
+            transmittances,
+            large,
+            tree: Some(tree),
+            panels,
+            diagonal,
+            hides_nothing,
+            everywhere: false,
+        }
     }
 
     /// Whether everything is taken for a candidate, wherever it stands.
@@ -106,7 +138,12 @@ impl Blockers {
         &self.polygons
     }
 
-    /// Indices of the largest polygons: walls and the like, which hide much at once.
+    /// All polygons, and what they let through.
+    pub(crate) fn blocking(&self) -> Blocking<'_> {
+        Blocking { polygons: &self.polygons, transmittances: &self.transmittances }
+    }
+
+    /// Indices of the largest opaque polygons: walls and the like, which hide much at once.
     pub(crate) fn large(&self) -> &[u32] {
         &self.large
     }
@@ -159,14 +196,11 @@ impl Blockers {
     }
 
     /// Whether what is asked holds for any of the polygons that may lie inside a shaft.
-    pub(crate) fn any(&self, shaft: &Shaft, asked: impl Fn(&ConvexPolygon) -> bool) -> bool {
+    pub(crate) fn any(&self, shaft: &Shaft, mut asked: impl FnMut(u32) -> bool) -> bool {
         let in_shaft = |low, high| shaft.may_touch_box(low, high);
-        let outcome = self.visit(in_shaft, |index, polygon| {
-            if !self.hides_nothing[index as usize] && asked(polygon) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+        let outcome = self.visit(in_shaft, |index, _| {
+            let hides = !self.hides_nothing[index as usize];
+            if hides && asked(index) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         outcome.is_break()
     }
@@ -199,7 +233,7 @@ impl Blockers {
         mut visit: impl FnMut(u32, &ConvexPolygon) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let Some(tree) = &self.tree else { return ControlFlow::Continue(()) };
-        let mut stack = smallvec::SmallVec::<[u32; 96]>::new();
+        let mut stack = SmallVec::<[u32; 96]>::new();
         stack.push(0);
         while let Some(index) = stack.pop() {
             let node = &tree.nodes[index as usize];
@@ -222,15 +256,36 @@ impl Blockers {
         ControlFlow::Continue(())
     }
 
-    /// Whether nothing lies between two points of surfaces, which block nothing themselves however their points are
-    /// rounded.
-    pub(crate) fn sees(&self, from: DVec3, to: DVec3) -> bool {
+    /// Share of light, per channel, that goes from one point to another of surfaces, which block nothing themselves
+    /// however their points are rounded.
+    pub(crate) fn between(&self, from: DVec3, to: DVec3) -> DVec3 {
         let step = (to - from) * OFF_THE_SURFACE;
-        !self.blocks_segment(from + step, to - step)
+        self.through_segment(from + step, to - step)
     }
 
-    /// Whether any polygon crosses the open segment between two points.
-    pub(crate) fn blocks_segment(&self, from: DVec3, to: DVec3) -> bool {
+    /// Share of light, per channel, that goes along the open segment between two points.
+    pub(crate) fn through_segment(&self, from: DVec3, to: DVec3) -> DVec3 {
+        if self.transmittances.is_empty() {
+            let crossed = |panel: &Panel, span| panel.is_crossed(from, span);
+            return if self.meets(from, to, crossed) { DVec3::ZERO } else { DVec3::ONE };
+        }
+        let mut passed: SmallVec<[u32; 8]> = SmallVec::new();
+        let stops = |panel: &Panel, span| {
+            panel.is_crossed(from, span) && {
+                passed.push(panel.polygon);
+                self.blocking().is_opaque(panel.polygon)
+            }
+        };
+        if self.meets(from, to, stops) {
+            return DVec3::ZERO;
+        }
+        // The tree's order depends on its builder.
+        passed.sort_unstable();
+        passed.iter().map(|&id| self.blocking().transmittance(id)).product()
+    }
+
+    /// Whether what is asked of a polygon and the whole segment holds for any that may lie on it.
+    fn meets(&self, from: DVec3, to: DVec3, mut asked: impl FnMut(&Panel, DVec3) -> bool) -> bool {
         let Some(tree) = &self.tree else { return false };
         let span = to - from;
         // Of length one: obvhs takes components below f32's epsilon for zero, which all are in a scene of a micrometre.
@@ -240,25 +295,51 @@ impl Blockers {
         // behind it and end a little beyond.
         let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0) as f32;
         let ray = Ray::new(from.as_vec3a(), direction, -slack, length as f32 + slack);
-        !tree.ray_traverse_miss(ray, |_, primitive| {
-            if self.panels[primitive].is_crossed(from, span) { 0.0 } else { f32::INFINITY }
-        })
+        !tree.ray_traverse_miss(
+            ray,
+            |_, primitive| {
+                if asked(&self.panels[primitive], span) { 0.0 } else { f32::INFINITY }
+            },
+        )
+    }
+
+    /// The polygon that stops a ray from a surface: of filters as often as they do, over random numbers.
+    ///
+    /// `chance`: 0 to 1, which filter stops it.
+    pub(crate) fn first_stop(&self, from: DVec3, direction: DVec3, mut chance: f64) -> Option<Hit> {
+        let mut hit = self.first_hit(from, direction)?;
+        let mut travelled = 0.0;
+        loop {
+            let through = grey(self.blocking().transmittance(hit.polygon));
+            if chance >= through {
+                break;
+            }
+            chance /= through;
+            travelled += hit.distance;
+            hit = self.first_hit(from + travelled * direction, direction)?;
+        }
+        Some(Hit { distance: travelled + hit.distance, ..hit })
     }
 
     /// The first polygon that a ray from a surface meets; the surface itself is left out.
     ///
     /// `direction`: of length one.
     pub(crate) fn first_hit(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
+        self.first_hit_within(from, direction, f64::INFINITY)
+    }
+
+    /// The same where only what is near counts: nearer than `reach`, metres.
+    pub(crate) fn first_hit_within(&self, from: DVec3, direction: DVec3, reach: f64) -> Option<Hit> {
         let tree = self.tree.as_ref()?;
         let slack = (self.diagonal * f64::from(f32::EPSILON) * 4.0) as f32;
-        let ray = Ray::new(from.as_vec3a(), direction.as_vec3a(), -slack, f32::INFINITY);
+        let ray = Ray::new(from.as_vec3a(), direction.as_vec3a(), -slack, reach as f32 + slack);
         let nearest = OFF_THE_SURFACE * self.diagonal;
         let mut first: Option<Hit> = None;
         tree.ray_traverse(ray, &mut RayHit::none(), |_, primitive| {
             let panel = &self.panels[primitive];
             let along = panel.normal.dot(direction);
             let distance = panel.normal.dot(panel.corners[0] - from) / along;
-            let farthest = first.map_or(f64::INFINITY, |hit| hit.distance);
+            let farthest = first.map_or(reach, |hit| hit.distance);
             // A ray along the plane has an infinite distance, or none.
             if !(distance > nearest && distance < farthest && panel.is_passed(from, direction)) {
                 return f32::INFINITY;
@@ -274,9 +355,10 @@ impl Blockers {
 /// How many polygons count as large: the walls, floors and tops of a few rooms.
 const MOST_LARGE: usize = 64;
 
-fn largest(polygons: &[ConvexPolygon]) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..polygons.len() as u32).collect();
-    let area = |index: &u32| polygons[*index as usize].area();
+fn largest(blocking: Blocking) -> Vec<u32> {
+    let mut order: Vec<u32> =
+        (0..blocking.polygons.len() as u32).filter(|&index| blocking.is_opaque(index)).collect();
+    let area = |index: &u32| blocking.polygons[*index as usize].area();
     order.sort_unstable_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
     order.truncate(MOST_LARGE);
     order
@@ -363,7 +445,7 @@ mod tests {
             let area: f32 = tree.nodes.iter().map(|node| node.aabb.surface_area()).sum();
             area / tree.nodes[0].aabb.surface_area()
         };
-        let blockers = Blockers::new(polygons, 3.0_f64.sqrt());
+        let blockers = Blockers::opaque(polygons, 3.0_f64.sqrt());
         let tree = blockers.tree.as_ref().expect("there are polygons");
         // A flat box has twice its polygon's area, so each of the twelve levels adds two roots or a little more.
         assert!(
@@ -380,12 +462,13 @@ mod tests {
             ConvexPolygon::new(&[corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)])
                 .expect("a square has an area")
         };
-        let blockers = Blockers::new(vec![square(0.0), square(1.0)], 2.0);
+        let blockers = Blockers::opaque(vec![square(0.0), square(1.0)], 2.0);
+        let blocked = |from, to| blockers.through_segment(from, to) == DVec3::ZERO;
         let at = DVec3::new;
-        assert!(blockers.blocks_segment(at(0.5, 0.5, -1.0), at(0.5, 0.5, 0.5)));
-        assert!(!blockers.blocks_segment(at(0.5, 0.5, 0.1), at(0.5, 0.5, 0.9)));
-        assert!(!blockers.blocks_segment(at(1.5, 0.5, -1.0), at(1.5, 0.5, 2.0)));
+        assert!(blocked(at(0.5, 0.5, -1.0), at(0.5, 0.5, 0.5)));
+        assert!(!blocked(at(0.5, 0.5, 0.1), at(0.5, 0.5, 0.9)));
+        assert!(!blocked(at(1.5, 0.5, -1.0), at(1.5, 0.5, 2.0)));
         // A segment that starts or ends on a polygon does not cross it.
-        assert!(!blockers.blocks_segment(at(0.5, 0.5, 0.0), at(0.2, 0.3, 1.0)));
+        assert!(!blocked(at(0.5, 0.5, 0.0), at(0.2, 0.3, 1.0)));
     }
 }

@@ -134,10 +134,21 @@ pub(super) struct Fragments {
 impl Fragments {
     /// Starts again from one fragment.
     pub(super) fn restart(&mut self, outline: &[Vertex]) {
+        self.clear();
+        self.add(outline);
+    }
+
+    /// Forgets all fragments.
+    pub(super) fn clear(&mut self) {
         self.vertices.clear();
         self.ranges.clear();
+    }
+
+    /// Adds one that overlaps none of those there are.
+    pub(super) fn add(&mut self, outline: &[Vertex]) {
+        let start = self.vertices.len();
         self.vertices.extend_from_slice(outline);
-        self.ranges.push(0..self.vertices.len());
+        self.ranges.push(start..self.vertices.len());
     }
 
     pub(super) fn len(&self) -> usize {
@@ -151,11 +162,20 @@ impl Fragments {
 
     /// Removes from every fragment what is inside all of `planes`.
     pub(super) fn subtract(&mut self, planes: &[Plane]) -> Cut {
+        self.take(planes, |_| {})
+    }
+
+    /// The same, handing out the outlines of what it removes.
+    pub(super) fn take(&mut self, planes: &[Plane], mut taken: impl FnMut(&[Vertex])) -> Cut {
         let mut result = Cut::Missed;
         let mut fragment = 0;
         let mut to_visit = self.ranges.len();
         while fragment < to_visit {
-            match self.subtract_from(fragment, planes) {
+            let cut = self.subtract_from(fragment, planes);
+            if cut != Cut::Missed {
+                taken(&self.inside);
+            }
+            match cut {
                 Cut::Missed => fragment += 1,
                 Cut::Reduced => {
                     result = Cut::Reduced;
@@ -193,7 +213,7 @@ impl Fragments {
     }
 
     /// Removes from one fragment what is inside all of `planes`: plane by plane, what is outside becomes a fragment
-    /// of its own and what is inside goes on, until the last inside is dropped.
+    /// of its own and what is inside goes on, until the last inside is left in `self.inside`.
     fn subtract_from(&mut self, fragment: usize, planes: &[Plane]) -> Cut {
         let range = self.ranges[fragment].clone();
 

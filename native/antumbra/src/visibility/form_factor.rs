@@ -259,7 +259,7 @@ mod tests {
             let corner = DVec3::new(0.0, 0.0, 1.0);
             let corners = [corner, corner + side * u, corner + side * (u + v), corner + side * v];
             let source = ConvexPolygon::new(&corners).expect("it has area");
-            let receiver = Receiver { position: DVec3::ZERO, normal: DVec3::new(0.6, 0.0, 0.8) };
+            let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.6, 0.0, 0.8));
             let mut outline = Outline::new();
             let seen = SeenSource::look(&receiver, &source, &mut outline).expect("it is above");
             worst = worst.max((seen.by_quadrature(&outline) / seen.by_contour(&outline) - 1.0).abs());

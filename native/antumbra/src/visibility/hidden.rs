@@ -7,6 +7,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::clip::{Cut, Fragments, Outline, Plane, Vertex, plane_distance};
+use super::filters::Filtered;
 use super::form_factor::{SeenSource, Weight};
 use super::polygon::{ConvexPolygon, Receiver};
 
@@ -47,6 +48,54 @@ pub struct VisibleFormFactor {
     pub unoccluded: f64,
     /// How much of it that is, in a word.
     pub state: Visibility,
+}
+
+/// The same where some of what stands in between lets a part of the light through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SeenThrough {
+    /// Of the part that nothing opaque hides.
+    pub(crate) value: f64,
+    /// Share of that part's light that gets through, per channel.
+    pub(crate) filter: DVec3,
+    pub(crate) unoccluded: f64,
+    /// Hidden only where it is by what is opaque; partial also where a filter covers all of it.
+    pub(crate) state: Visibility,
+}
+
+impl SeenThrough {
+    /// Where no filter stands in between.
+    fn plain(value: f64, unoccluded: f64, state: Visibility) -> Self {
+        Self { value, filter: DVec3::ONE, unoccluded, state }
+    }
+
+    /// The share of the hemisphere that would bring as much, over the channels.
+    pub(crate) fn grey(&self) -> f64 {
+        self.value * grey(self.filter)
+    }
+}
+
+/// Everything that may block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Blocking<'a> {
+    pub(crate) polygons: &'a [ConvexPolygon],
+    /// Share of light that each lets through, per channel; empty where all are opaque.
+    pub(crate) transmittances: &'a [DVec3],
+}
+
+impl Blocking<'_> {
+    /// What a polygon lets through.
+    pub(crate) fn transmittance(&self, id: u32) -> DVec3 {
+        self.transmittances.get(id as usize).copied().unwrap_or(DVec3::ZERO)
+    }
+
+    pub(crate) fn is_opaque(&self, id: u32) -> bool {
+        self.transmittance(id) == DVec3::ZERO
+    }
+}
+
+/// The mean of a colour's channels; of the same in all, that to the last bit.
+pub(crate) fn grey(colour: DVec3) -> f64 {
+    if colour.x == colour.y && colour.y == colour.z { colour.x } else { colour.element_sum() / 3.0 }
 }
 
 /// A candidate that may hide something.
@@ -119,6 +168,7 @@ pub struct Scratch {
     suspects: Vec<Suspect>,
     planes: Vec<Plane>,
     blockers: Vec<u32>,
+    filtered: Filtered,
 }
 
 impl Scratch {
@@ -139,6 +189,27 @@ impl Scratch {
 /// `target`: relative to the receiver, metres. A polygon that the receiver lies on hides nothing, nor does one that the
 /// target lies on; on its border it hides, so that nothing leaks between two that share an edge.
 pub(crate) fn hides(polygon: &ConvexPolygon, receiver: DVec3, target: DVec3) -> bool {
+    stands_before(polygon, receiver, target, |_, _| true)
+}
+
+/// The same for a filter: of those that share an edge on the line of sight exactly one counts, since each would take its
+/// share of the light.
+pub(crate) fn covers(polygon: &ConvexPolygon, receiver: DVec3, target: DVec3) -> bool {
+    // In a plane, the order of an edge's ends is the sign of its product with one direction, as if the point lay off all
+    // edges to one side.
+    stands_before(polygon, receiver, target, |left, right| {
+        (left.x, left.y, left.z) < (right.x, right.y, right.z)
+    })
+}
+
+/// Whether a polygon lies across a line of sight; `owns`: whether an edge that is on it, given by its left and right end
+/// as the receiver sees it, is a part of the polygon.
+fn stands_before(
+    polygon: &ConvexPolygon,
+    receiver: DVec3,
+    target: DVec3,
+    owns: impl Fn(DVec3, DVec3) -> bool,
+) -> bool {
     let target = Vertex::new(target);
     let vertices = polygon.vertices();
     let world = polygon.extent().max(receiver.abs().max_element());
@@ -151,7 +222,10 @@ pub(crate) fn hides(polygon: &ConvexPolygon, receiver: DVec3, target: DVec3) -> 
         // Seen from the front, the outline runs clockwise about the direction of sight.
         let (left, right) = if distance < 0.0 { (to, from) } else { (from, to) };
         from = to;
-        Plane::through_edge(receiver, left, right).is_none_or(|plane| plane.side(&target) >= 0.0)
+        Plane::through_edge(receiver, left, right).is_none_or(|plane| {
+            let side = plane.side(&target);
+            side > 0.0 || (side == 0.0 && owns(left, right))
+        })
     })
 }
 
@@ -173,10 +247,14 @@ pub fn visible_form_factor(
     candidates: &[u32],
     scratch: &mut Scratch,
 ) -> Result<VisibleFormFactor, TooManyFragments> {
-    visible_weighted(receiver, source, None, polygons, candidates, scratch)
+    let blocking = Blocking { polygons, transmittances: &[] };
+    let SeenThrough { value, unoccluded, state, .. } =
+        visible_weighted(receiver, source, None, blocking, candidates, scratch)?;
+    Ok(VisibleFormFactor { value, unoccluded, state })
 }
 
-/// The same, with every direction times its weight: what a source sends that is not alike in all directions.
+/// The same past what lets a part of the light through, and with every direction times its weight: what a source sends
+/// that is not alike in all directions.
 ///
 /// # Errors
 /// [`TooManyFragments`] as above.
@@ -184,16 +262,17 @@ pub(crate) fn visible_weighted(
     receiver: &Receiver,
     source: &ConvexPolygon,
     weight: Option<Weight>,
-    polygons: &[ConvexPolygon],
+    blocking: Blocking,
     candidates: &[u32],
     scratch: &mut Scratch,
-) -> Result<VisibleFormFactor, TooManyFragments> {
-    let Scratch { outline, corners, fragments, suspects, planes, blockers } = scratch;
+) -> Result<SeenThrough, TooManyFragments> {
+    let Scratch { outline, corners, fragments, suspects, planes, blockers, filtered } = scratch;
+    let polygons = blocking.polygons;
     blockers.clear();
 
     // Clip the source to the receiver's horizon
     let Some(seen) = SeenSource::look(receiver, source, outline) else {
-        return Ok(VisibleFormFactor { value: 0.0, unoccluded: 0.0, state: Visibility::BelowHorizon });
+        return Ok(SeenThrough::plain(0.0, 0.0, Visibility::BelowHorizon));
     };
     let whole = seen.form_factor(outline);
     let form_factor = |outline: &[Vertex]| match weight {
@@ -206,7 +285,7 @@ pub(crate) fn visible_weighted(
         Some(_) => form_factor(outline).max(0.0),
     };
     if candidates.is_empty() {
-        return Ok(VisibleFormFactor { value: unoccluded, unoccluded, state: Visibility::Visible });
+        return Ok(SeenThrough::plain(unoccluded, unoccluded, Visibility::Visible));
     }
 
     // Suspect only what reaches into the pyramid between receiver and source
@@ -223,25 +302,48 @@ pub(crate) fn visible_weighted(
     // Subtract them, the largest first
     fragments.restart(outline);
     suspects.sort_unstable_by(|a, b| b.size.total_cmp(&a.size).then(a.id.cmp(&b.id)));
-    for suspect in suspects.iter() {
+    for suspect in suspects.iter().filter(|suspect| blocking.is_opaque(suspect.id)) {
         suspect.shadow(receiver, &polygons[suspect.id as usize], planes);
         let cut = fragments.subtract(planes);
         if cut != Cut::Missed {
             blockers.push(suspect.id);
         }
         if cut == Cut::Gone {
-            return Ok(VisibleFormFactor { value: 0.0, unoccluded, state: Visibility::Hidden });
+            return Ok(SeenThrough::plain(0.0, unoccluded, Visibility::Hidden));
         }
         if fragments.len() > MAX_FRAGMENTS {
             return Err(TooManyFragments { unoccluded });
         }
     }
+
+    // Tell apart what filters cover
+    filtered.restart();
+    let opaque = blockers.len();
+    for suspect in suspects.iter().filter(|suspect| !blocking.is_opaque(suspect.id)) {
+        suspect.shadow(receiver, &polygons[suspect.id as usize], planes);
+        if filtered.cover(fragments, planes, blocking.transmittance(suspect.id)) {
+            blockers.push(suspect.id);
+        }
+        if fragments.len() + filtered.len() > MAX_FRAGMENTS {
+            return Err(TooManyFragments { unoccluded });
+        }
+    }
     if blockers.is_empty() {
-        return Ok(VisibleFormFactor { value: unoccluded, unoccluded, state: Visibility::Visible });
+        return Ok(SeenThrough::plain(unoccluded, unoccluded, Visibility::Visible));
     }
 
     // Sum what is left
-    let visible: f64 = fragments.outlines().map(form_factor).sum();
+    let clear: f64 = fragments.outlines().map(form_factor).sum();
+    if blockers.len() == opaque {
+        return Ok(SeenThrough::plain(clear.clamp(0.0, unoccluded), unoccluded, Visibility::Partial));
+    }
+    let (mut visible, mut through) = (clear, clear * DVec3::ONE);
+    for (transmittance, covered) in filtered.layers() {
+        let covered: f64 = covered.outlines().map(form_factor).sum();
+        visible += covered;
+        through += covered * transmittance;
+    }
+    let filter = if visible > 0.0 { (through / visible).clamp(DVec3::ZERO, DVec3::ONE) } else { DVec3::ONE };
     let value = visible.clamp(0.0, unoccluded);
-    Ok(VisibleFormFactor { value, unoccluded, state: Visibility::Partial })
+    Ok(SeenThrough { value, filter, unoccluded, state: Visibility::Partial })
 }

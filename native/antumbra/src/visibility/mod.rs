@@ -5,7 +5,7 @@
 //! through it are ordinary cases. Data flows one way:
 //!
 //! ```text
-//! polygon → clip → form_factor → hidden
+//! polygon → clip → form_factor → (filters) → hidden
 //! ```
 //!
 //! **Guaranteed.** In any enclosure the visible form factors of all polygons from any point sum to 1 within 1e-12.
@@ -19,6 +19,7 @@
 
 pub(crate) mod blockers;
 mod clip;
+mod filters;
 mod form_factor;
 mod hidden;
 mod polygon;
@@ -27,8 +28,9 @@ pub(crate) mod shaft;
 
 pub use form_factor::unoccluded_form_factor;
 pub(crate) use form_factor::{RADON_RULE, Weight, unoccluded_weighted};
+pub(crate) use hidden::{Blocking, covers, grey, hides, visible_weighted};
 pub use hidden::{
     MAX_FRAGMENTS, Scratch, TooManyFragments, Visibility, VisibleFormFactor, visible_form_factor,
 };
-pub(crate) use hidden::{hides, visible_weighted};
+pub(crate) use polygon::ANY_OBJECT;
 pub use polygon::{ConvexPolygon, Receiver};

@@ -12,6 +12,23 @@ pub struct Receiver {
     pub position: DVec3,
     /// Unit normal; light from below the plane that it spans does not arrive.
     pub normal: DVec3,
+    /// The number of the object that it lies on, where that matters; [`ANY_OBJECT`] else.
+    pub(crate) object: u32,
+}
+
+/// No object in particular.
+pub(crate) const ANY_OBJECT: u32 = u32::MAX;
+
+impl Receiver {
+    /// A point in world space, metres, with a unit normal.
+    pub fn new(position: DVec3, normal: DVec3) -> Self {
+        Self { position, normal, object: ANY_OBJECT }
+    }
+
+    /// The same as a point of an object.
+    pub(crate) fn of(self, object: u32) -> Self {
+        Self { object, ..self }
+    }
 }
 
 /// A convex planar polygon, counter-clockwise about its normal, in world space, metres.

@@ -12,17 +12,17 @@ use crate::visibility::{ConvexPolygon, Receiver};
 /// Generators of the R2 sequence (Roberts 2018): the two-dimensional golden ratio's inverse powers.
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// The visible share of a source's light by `count` rays: their unblocked share of the form factor's kernel. Times
-/// the exact unblocked form factor it is exact where all rays rightly agree.
+/// The visible share of a source's light by `count` rays, per channel: their unblocked share of the form factor's
+/// kernel. Times the exact unblocked form factor it is exact where all rays rightly agree.
 pub(crate) fn visible_share(
     receiver: &Receiver,
     source: &ConvexPolygon,
     blockers: &Blockers,
     count: u32,
     seed: u64,
-) -> f64 {
+) -> DVec3 {
     let shift = [unit(splitmix(seed)), unit(splitmix(seed ^ 0x9E37_79B9_7F4A_7C15))];
-    let (mut visible, mut total) = (0.0, 0.0);
+    let (mut visible, mut total) = (DVec3::ZERO, 0.0);
     for i in 0..count {
         let point = point_on(source, spread(shift, i + 1));
         let to = point - receiver.position;
@@ -34,11 +34,9 @@ pub(crate) fn visible_share(
         }
         total += weight;
         // The source may be a surface, which does not block its own light however the point on it is rounded.
-        if blockers.sees(receiver.position, point) {
-            visible += weight;
-        }
+        visible += weight * blockers.between(receiver.position, point);
     }
-    if total > 0.0 { visible / total } else { 0.0 }
+    if total > 0.0 { visible / total } else { DVec3::ZERO }
 }
 
 /// The k-th of points that cover a unit square evenly, however many there are; `shift` moves them all.

@@ -148,7 +148,7 @@ pub(crate) fn rectangle(corner: DVec3, u: DVec3, v: DVec3) -> ConvexPolygon {
 }
 
 pub(crate) fn receiver(position: [f64; 3], normal: [f64; 3]) -> Receiver {
-    Receiver { position: position.into(), normal: DVec3::from(normal).normalize() }
+    Receiver::new(position.into(), DVec3::from(normal).normalize())
 }
 
 /// The visible form factor with every polygon as a candidate.

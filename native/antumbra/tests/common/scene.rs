@@ -24,7 +24,7 @@ impl Scene {
             name: format!("material {index}"),
             reflectance_rgb: [reflectance; 3],
             exitance_rgb: [exitance; 3],
-            blocks: true,
+            transmittance_rgb: [0.0; 3],
         });
         index
     }

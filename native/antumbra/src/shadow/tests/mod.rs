@@ -126,7 +126,7 @@ impl Scene {
             return 0.0;
         }
         let candidates: Vec<u32> = (0..self.blockers.len() as u32).collect();
-        let receiver = Receiver { position: x, normal: DVec3::Z };
+        let receiver = Receiver::new(x, DVec3::Z);
         visible_form_factor(&receiver, &self.source, &self.blockers, &candidates, &mut self.scratch)
             .expect("test scenes are simple")
             .value

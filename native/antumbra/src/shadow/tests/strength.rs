@@ -51,7 +51,7 @@ fn compare(scene: &mut Scene, random: &mut Random, tally: &mut Tally) {
         if near.iter().any(|at| at.abs() > 1e-9) {
             continue;
         }
-        let receiver = Receiver { position: x, normal: DVec3::Z };
+        let receiver = Receiver::new(x, DVec3::Z);
         let predicted = jump(&line.wedge, &receiver, &scene.source, &scene.edges);
         let [slope, curvature] = measured(scene, x, direction, STEP);
         let error = (slope - predicted.slope).abs();
@@ -145,7 +145,7 @@ fn a_small_jump_is_never_charged_more_than_its_edges() {
         (scene.lines().iter())
             .filter(|line| line.wedge.id.kind == WedgeKind::VertexEdge)
             .map(|line| {
-                let receiver = Receiver { position: line.ends[0].midpoint(line.ends[1]), normal: DVec3::Z };
+                let receiver = Receiver::new(line.ends[0].midpoint(line.ends[1]), DVec3::Z);
                 jump(&line.wedge, &receiver, &scene.source, &scene.edges).bound(0.1)
             })
             .fold(0.0, f64::max)
