@@ -30,6 +30,8 @@ from .bridge.surroundings import scene_of
 from .core.arguments import COMMAND, Arguments, Target, parse
 from .core.bake import Progress
 from .core.errors import BakeError, InputError, SolverBugError
+from .core.report import verified_error
+from .core.report_page import curve_csv, page
 from .core.settings import Settings, parse_assignments
 
 # Progress lines go to a log or another program: this many a second is enough to look alive.
@@ -91,6 +93,10 @@ def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
     bpy.ops.wm.save_as_mainfile(filepath=str(target.output), copy=True, check_existing=False)
     if target.report is not None:
         target.report.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    if target.report_page is not None:
+        target.report_page.write_text(page(report), encoding="utf-8")
+    if target.report_csv is not None:
+        target.report_csv.write_text(curve_csv(report), encoding="utf-8")
     if target.glb is not None:
         if bpy.context.window is None and bpy.app.binary_path:
             export_saved_glb(target.output, target.glb)
@@ -164,7 +170,9 @@ def _tell(report: dict[str, Any], target: Target, arguments: Arguments) -> None:
             output=str(target.output),
         )
     else:
-        print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s -> {target.output}", flush=True)
+        error = verified_error(report)
+        of = f", {error}" if error else ""
+        print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s{of} -> {target.output}", flush=True)
 
 
 def _fail(code: int, message: str, target: Target | None = None, arguments: Arguments | None = None) -> int:

@@ -57,6 +57,18 @@ def test_writes_the_bake_its_report_and_its_export(blend, tmp_path):
     assert all(node["extras"]["antumbra_scale"] > 0 for node in gltf["nodes"])
 
 
+def test_writes_the_report_as_a_page_and_its_course(blend, tmp_path):
+    page, course = tmp_path / "report.html", tmp_path / "course.csv"
+    written = ("--output", tmp_path / "out.blend", "--report-page", page, "--report-csv", course)
+    assert run(*written, "--set", "tolerance=0.1") == 0
+    html = page.read_text(encoding="utf-8")
+    assert html.count("<figure") == 3
+    assert "verified error" in html
+    lines = course.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "time_s,shots,elements,vertices,unshot,error,error_low,error_high"
+    assert len(lines) > 3
+
+
 def test_the_export_changes_nothing_in_the_open_file(blend, tmp_path):
     from fingerprint import fingerprint
 

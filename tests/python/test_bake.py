@@ -9,6 +9,7 @@ from antumbra.bridge import solver
 from antumbra.core.bake import Bake
 from antumbra.core.errors import CancelledError, InputError, NoLightError, SettingError
 from antumbra.core.record import AreaLight, Material
+from antumbra.core.report import verified_error
 from antumbra.core.settings import Settings
 from meshes import quad_surface, record, scene
 
@@ -59,9 +60,38 @@ def test_report_has_the_fields_of_version_1():
     assert all(seconds >= 0.0 for seconds in report["timings"].values())
     assert {"time_s", "shots", "elements", "vertices", "unshot"} <= set(report["timeline"][-1])
     assert {"triangles", "vertices"} <= set(report["result"])
+    verification = report["result"]["verification"]
+    assert {"points", "paths", "rays", "time_s", "error", "bias", "p99", "energy_defect", "noise"} == set(verification)
+    error, low, high = verification["error"]
+    assert 0.0 <= low <= error <= high < 0.2
+    assert report["timeline"][-1]["error"] == pytest.approx(verification["error"], abs=1e-6)
     assert report["warnings"][:2] == ["something", "written with care"]
     assert json.loads(json.dumps(report)) == report
     assert len(host.written) == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        ([0.00912, 0.0071, 0.0113], "verified error 0.9 % (0.7 to 1.1)"),
+        ([0.1234, 0.101, 0.152], "verified error 12 % (10 to 15)"),
+        ([0.0002, 0.0, 0.0007], "verified error 0.02 % (0.00 to 0.07)"),
+        ([0.0078, 0.0, 0.0158], "verified error 0.8 % (0.0 to 1.6)"),
+        ([0.0, 0.0, 0.012], "verified error below 1.2 %"),
+        (None, None),
+    ],
+)
+def test_the_verified_error_in_words(error, words):
+    verification = None if error is None else {"error": error}
+    assert verified_error({"result": {"verification": verification}}) == words
+
+
+def test_nothing_is_verified_where_that_is_not_wanted():
+    bake = Bake(lit_quad(), solver.start, Settings(tolerance=0.1, verify_points=0))
+    bake.begin()
+    report = bake.finish()
+    assert report["result"]["verification"] is None
+    assert all(iteration["error"] is None for iteration in report["timeline"])
 
 
 def test_meshes_may_be_prepared_in_pieces_before_they_are_written():

@@ -24,6 +24,8 @@ from native_scenes import LAMP, floor_arrays, lit_floor
         ("max_blockers", -1),
         ("time_limit", float("inf")),
         ("triangle_budget", -1),
+        ("verify_points", -1),
+        ("verify_points", 2_000_000),
         ("threads", -1),
     ],
 )

@@ -23,6 +23,7 @@ def test_defaults_are_those_of_the_contract():
         "max_blockers": 4,
         "time_limit": 0.0,
         "triangle_budget": 0,
+        "verify_points": 1000,
         "transport": "AUTO",
         "receivers": "SELECTED",
         "output": "NEW",

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.study.lookup import Surface
 from tests.study.statistics_of_error import at_error, relative_error
-from tests.study.tables import equal_error_table, paper_table
+from tests.study.tables import cycles_table, equal_error_table, paper_table
 
 UP, DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
 
@@ -120,6 +120,22 @@ RESULTS = [
     bake("room", "ADM", 0.04, 500, 2.0),
     bake("room", "ADM", 0.005, 4000, 16.0),
 ]
+
+
+def test_cycles_is_given_its_best_subdivision_and_samples():
+    cycles = [
+        bake("room", "CYCLES16", 0.08, 1000, 1.0),
+        bake("room", "CYCLES16", 0.02, 16000, 16.0),
+        bake("room", "CYCLES256", 0.04, 1000, 20.0),
+        bake("room", "CYCLES256", 0.01, 16000, 320.0),
+    ]
+    rows = [line.split(" | ") for line in cycles_table([*RESULTS, *cycles], ["room", "elsewhere"])[2:]]
+    at_4_percent = next(cells for cells in rows if cells[1] == "4 %")
+    # The most samples need the fewest vertices, the fewest the least time.
+    assert at_4_percent[2:] == ["1,000", "4.00", "500", "2.00", "0.50", "0.50 |"]
+    at_half_a_percent = next(cells for cells in rows if cells[1] == "0.5 %")
+    assert at_half_a_percent[2:4] == ["not reached", "not reached"]
+    assert cycles_table(RESULTS, ["room"]) == []
 
 
 def test_the_table_of_equal_errors_compares_methods():

@@ -3,7 +3,8 @@
 
 python evaluate.py STUDY_FOLDER
 
-STUDY_FOLDER holds `references/SCENE….npz`, named in `study.json`, and `bakes/SCENE/METHOD-TOLERANCE.{json,npz}`. It
+STUDY_FOLDER holds `references/SCENE….npz`, named in `study.json`, and `bakes/SCENE/METHOD-TOLERANCE.{json,npz}`, or of
+Cycles `CYCLESsamples-SIZE`, SIZE being the longest edge over the scene's diagonal. It
 gets `results.csv`, `results.json`, `tables.md` and for each scene `SCENE.png`.
 """
 
@@ -23,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.study.lookup import Surface
 from tests.study.plots import plot_scene
 from tests.study.statistics_of_error import RelativeError, relative_error
-from tests.study.tables import equal_error_table, paper_table
+from tests.study.tables import cycles_table, equal_error_table, paper_table
 
 FOUND_WITHIN = 1e-4
 """How far a baked surface may be from a reference point, of the extent of the points: single precision moves vertices
@@ -45,6 +46,10 @@ class Result:
     error: float
     error_low: float
     error_high: float
+    verified: float | None
+    """What the bake said itself of its error, and the interval."""
+    verified_low: float | None
+    verified_high: float | None
     missing: int
     """Points where nothing was baked; they count as black."""
 
@@ -86,6 +91,8 @@ def collect(folder: Path, study: dict[str, Any]) -> tuple[list[Result], list[str
                 continue
             error, missing = measure(folder / scene["reference"], path.with_suffix(".npz"), scene["quantity"])
             result, timings = report["result"], report["timings"]
+            verification = result.get("verification")
+            verified, verified_low, verified_high = verification["error"] if verification else (None, None, None)
             results.append(
                 Result(
                     scene=scene["name"],
@@ -99,6 +106,9 @@ def collect(folder: Path, study: dict[str, Any]) -> tuple[list[Result], list[str
                     error=error.value,
                     error_low=error.low,
                     error_high=error.high,
+                    verified=verified,
+                    verified_low=verified_low,
+                    verified_high=verified_high,
                     missing=missing,
                 )
             )
@@ -109,15 +119,19 @@ def collect(folder: Path, study: dict[str, Any]) -> tuple[list[Result], list[str
 def result_lines(results: Iterable[Result]) -> list[str]:
     """A Markdown table of every bake."""
     lines = [
-        "| scene | method | tolerance | vertices | solve s | CPU s | error (95 %) | |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| scene | method | tolerance | vertices | solve s | CPU s | error (95 %) | verified by the bake (95 %) | |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for r in results:
         notes = [] if r.reached else [f"not reached ({r.ended_by.replace('_', ' ')})"]
+        said = "–"
+        if r.verified is not None and r.verified_low is not None and r.verified_high is not None:
+            said = f"{100 * r.verified:.2f} % ({100 * r.verified_low:.2f}–{100 * r.verified_high:.2f})"
         notes += [f"{r.missing} points not found"] if r.missing else []
         lines.append(
             f"| {r.scene} | {r.method} | {r.tolerance:g} | {r.vertices:,} | {r.solve_s:.2f} | {r.cpu_s:.2f} "
-            f"| {100 * r.error:.2f} % ({100 * r.error_low:.2f}–{100 * r.error_high:.2f}) | {', '.join(notes)} |"
+            f"| {100 * r.error:.2f} % ({100 * r.error_low:.2f}–{100 * r.error_high:.2f}) | {said} "
+            f"| {', '.join(notes)} |"
         )
     return lines
 
@@ -160,6 +174,7 @@ def main() -> None:
             results, counted
         ),
         "Vertices and solve time at equal measured error": equal_error_table(results, compared),
+        "Against Cycles' vertex bake at equal measured error": cycles_table(results, compared),
     }
     if left_out:
         sections["Left out"] = [f"- {line}" for line in left_out]

@@ -15,6 +15,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 # One look per method in every plot; told apart by shape too.
 LOOKS = {"UNIFORM": ("#888888", "s"), "AS": ("#d95f02", "o"), "DM": ("#7570b3", "^"), "ADM": ("#1b9e77", "D")}
 
+# Cycles' vertex bake with so many samples: the more, the darker.
+LOOKS |= {f"CYCLES{n}": (c, "x") for n, c in ((16, "#fdd0a2"), (64, "#c6a5d8"), (256, "#9970ab"), (1024, "#40004b"))}
+
 
 SMALLEST_SHOWN = 1e-4
 

@@ -12,6 +12,7 @@ from tests.study.statistics_of_error import at_error
 
 METHODS = ("UNIFORM", "AS", "DM", "ADM")
 WANTED_ERRORS = (0.02, 0.01, 0.005)
+CYCLES_ERRORS = (0.08, 0.04, 0.02, 0.01, 0.005)
 NOT_REACHED, NOT_BAKED = "not reached", "–"
 
 
@@ -75,6 +76,32 @@ def equal_error_table(results: Sequence[Measured], scenes: Sequence[str]) -> lis
             cells += [ratio(at["ADM"][what], at[other][what]) for other in ("AS", "UNIFORM") for what in (0, 1)]
             lines.append(f"| {' | '.join(cells)} |")
     return lines
+
+
+def cycles_table(results: Sequence[Measured], scenes: Sequence[str]) -> list[str]:
+    """ADM against Cycles' vertex bake at whatever subdivision and samples are the cheapest for an error."""
+    lines = [
+        "| scene | error | Cycles vertices | Cycles s | ADM vertices | ADM s | ADM/Cycles vertices | ADM/Cycles s |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for scene in scenes:
+        methods = sorted({r.method for r in results if r.scene == scene and r.method.startswith("CYCLES")})
+        curves = [Curve(results, scene, method) for method in methods]
+        adm = Curve(results, scene, "ADM")
+        for wanted in CYCLES_ERRORS if curves else ():
+            vertices = [n for n in (curve.at(wanted, curve.vertices) for curve in curves) if n is not None]
+            seconds = [s for s in (curve.at(wanted, curve.seconds) for curve in curves) if s is not None]
+            best = (min(vertices, default=None), min(seconds, default=None))
+            own = (adm.at(wanted, adm.vertices), adm.at(wanted, adm.seconds))
+            cells = [scene, f"{100 * wanted:g} %"]
+            for count, time in (best, own):
+                cells += [
+                    NOT_REACHED if count is None else f"{count:,.0f}",
+                    NOT_REACHED if time is None else f"{time:.2f}",
+                ]
+            cells += [ratio(own[0], best[0]), ratio(own[1], best[1])]
+            lines.append(f"| {' | '.join(cells)} |")
+    return lines if len(lines) > 2 else []
 
 
 def paper_table(results: Sequence[Measured], scenes: Sequence[str]) -> list[str]:

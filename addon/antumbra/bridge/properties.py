@@ -70,6 +70,7 @@ class AntumbraSettings(PropertyGroup):
     max_blockers: _int("max_blockers")
     time_limit: _float("time_limit", precision=1)
     triangle_budget: _int("triangle_budget")
+    verify_points: _int("verify_points")
     transport: _enum("transport")
     receivers: _enum("receivers")
     output: _enum("output")

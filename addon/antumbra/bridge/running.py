@@ -20,6 +20,7 @@ from ..core.bake import Bake, Progress
 from ..core.errors import BakeError
 from ..core.live import live_triangles as live_triangles_of
 from ..core.record import FloatArray
+from ..core.report import verified_error
 from .surroundings import windows
 from .view_properties import view_of
 
@@ -66,6 +67,7 @@ _given_up: list[Bake] = []
 """Cancelled bakes whose solvers have not noticed yet, which takes them up to some tenths of a second."""
 
 last_outcome: Outcome | None = None
+last_report: dict[str, Any] | None = None
 
 
 def is_running() -> bool:
@@ -165,7 +167,8 @@ def outcome_of(report: dict[str, Any]) -> tuple[str, list[str]]:
     """Icon and lines for a finished bake."""
     result, timings, warnings = report["result"], report["timings"], report["warnings"]
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
-    lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *warnings]
+    error = verified_error(report)
+    lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *([error] if error else []), *warnings]
     return ("ERROR" if warnings else "CHECKMARK"), lines
 
 

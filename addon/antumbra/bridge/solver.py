@@ -69,6 +69,7 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
             quantity=settings.quantity,
             transport=settings.transport,
             layers=settings.layers,
+            verify_points=settings.verify_points,
         )
     )
     return _Job(job)

@@ -29,6 +29,8 @@ class Target:
     file: Path
     output: Path
     report: Path | None
+    report_page: Path | None
+    report_csv: Path | None
     glb: Path | None
 
 
@@ -61,11 +63,13 @@ def parse(argv: Sequence[str], opened: Path | None) -> Arguments:
                 file=opened,
                 output=(given.output or opened.with_name(f"{opened.stem}-baked.blend")).absolute(),
                 report=given.report.absolute() if given.report else None,
+                report_page=given.report_page.absolute() if given.report_page else None,
+                report_csv=given.report_csv.absolute() if given.report_csv else None,
                 glb=given.glb.absolute() if given.glb else None,
             )
         ]
     else:
-        for folder in (given.output, given.report, given.glb):
+        for folder in (given.output, given.report, given.report_page, given.report_csv, given.glb):
             if folder is not None and not folder.is_dir():
                 raise InputError(f"{folder} is no folder, which is wanted where files are named")
         targets = [
@@ -73,6 +77,8 @@ def parse(argv: Sequence[str], opened: Path | None) -> Arguments:
                 file=file,
                 output=(given.output or file.parent).absolute() / f"{file.stem}-baked.blend",
                 report=given.report.absolute() / f"{file.stem}.json" if given.report else None,
+                report_page=given.report_page.absolute() / f"{file.stem}.html" if given.report_page else None,
+                report_csv=given.report_csv.absolute() / f"{file.stem}.csv" if given.report_csv else None,
                 glb=given.glb.absolute() / f"{file.stem}.glb" if given.glb else None,
             )
             for file in files
@@ -84,7 +90,7 @@ def parse(argv: Sequence[str], opened: Path | None) -> Arguments:
 def _check(targets: list[Target]) -> None:
     written: dict[Path, Path] = {}
     for target in targets:
-        for path in (target.output, target.report, target.glb):
+        for path in (target.output, target.report, target.report_page, target.report_csv, target.glb):
             if path is None:
                 continue
             if not path.parent.is_dir():
@@ -114,6 +120,12 @@ def _parser() -> argparse.ArgumentParser:
         help="the baked .blend; otherwise FILE-baked.blend beside FILE. Of named files: a folder",
     )
     parser.add_argument("--report", type=Path, help="the report of the bake as JSON. Of named files: a folder")
+    parser.add_argument(
+        "--report-page", type=Path, help="the report with plots, as an HTML page. Of named files: a folder"
+    )
+    parser.add_argument(
+        "--report-csv", type=Path, help="the course of the bake as CSV: time, error, elements. Of named files: a folder"
+    )
     parser.add_argument(
         "--glb", type=Path, help="the baked objects as glTF, colours fitted to 0..1. Of named files: a folder"
     )

@@ -22,6 +22,18 @@ class Timings:
     cpu_s: float
 
 
+def verified_error(report: dict[str, Any]) -> str | None:
+    """The error of a bake in words, where it was verified, as in: verified error 0.9 % (0.7 to 1.1)."""
+    verification = report["result"]["verification"]
+    if verification is None:
+        return None
+    # No more places than the interval's end is worth
+    most = verification["error"][2]
+    places = 0 if most >= 0.1 else 1 if most >= 0.002 else 2
+    error, low, high = (f"{100.0 * share:.{places}f}" for share in verification["error"])
+    return f"verified error {error} % ({low} to {high})" if float(error) else f"verified error below {high} %"
+
+
 def assemble(settings: Settings, solver_report: str, timings: Timings, warnings: list[str]) -> dict[str, Any]:
     """Join what the solver reports (JSON) with what was measured and noticed around it."""
     solver = json.loads(solver_report)

@@ -107,6 +107,14 @@ SPECS: Mapping[str, Spec] = {
         minimum=0,
         maximum=_INT_MAX,
     ),
+    "verify_points": Spec(
+        "Verify Points",
+        "At how many random points the result is compared with light along random paths, at most, to tell its error. "
+        "More take longer; 0 tells none",
+        1000,
+        minimum=0,
+        maximum=1_000_000,
+    ),
     "transport": Spec(
         "Transport",
         "How surfaces exchange light",
@@ -221,6 +229,7 @@ class Settings:
     max_blockers: int = 4
     time_limit: float = 0.0
     triangle_budget: int = 0
+    verify_points: int = 1000
     transport: str = "AUTO"
     receivers: str = "SELECTED"
     output: str = "NEW"

@@ -11,6 +11,7 @@ from .preflight import ANTUMBRA_OT_check_scene, ANTUMBRA_OT_select_finding
 from .preset import ANTUMBRA_OT_preset
 from .remove_bake import ANTUMBRA_OT_remove_bake
 from .show_light import ANTUMBRA_OT_show_light
+from .show_report import ANTUMBRA_OT_show_report
 
 __all__ = [
     "ANTUMBRA_OT_bake",
@@ -22,6 +23,7 @@ __all__ = [
     "ANTUMBRA_OT_remove_bake",
     "ANTUMBRA_OT_select_finding",
     "ANTUMBRA_OT_show_light",
+    "ANTUMBRA_OT_show_report",
     "ANTUMBRA_OT_stop_bake",
 ]
 
@@ -36,6 +38,7 @@ CLASSES = (
     ANTUMBRA_OT_select_finding,
     ANTUMBRA_OT_show_light,
     ANTUMBRA_OT_make_export_ready,
+    ANTUMBRA_OT_show_report,
 )
 
 

@@ -121,6 +121,7 @@ def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
 def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
     for warning in report["warnings"]:
         operator.report({"WARNING"}, sentence(warning))
+    running.last_report = report
     icon, lines = running.outcome_of(report)
     running.note_outcome(icon, [sentence(line) for line in lines])
     operator.report({"INFO"}, f"Baked {lines[0]}")

@@ -20,6 +20,7 @@ from ..operators import (
     ANTUMBRA_OT_preset,
     ANTUMBRA_OT_remove_bake,
     ANTUMBRA_OT_select_finding,
+    ANTUMBRA_OT_show_report,
 )
 from .status_bar import draw_progress
 
@@ -48,6 +49,8 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         else:
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
+            if running.last_report is not None:
+                layout.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
         column = _property_column(layout)
         column.prop(settings, "receivers")
         preset = preset_of(settings_of(scene_of(context)))
@@ -138,6 +141,7 @@ class ANTUMBRA_PT_advanced(_RenderPanel, bpy.types.Panel):
         column.prop(settings, "element_size")
         column.prop(settings, "max_level")
         column.prop(settings, "max_blockers")
+        column.prop(settings, "verify_points")
 
 
 CLASSES = (ANTUMBRA_PT_bake, ANTUMBRA_PT_check, ANTUMBRA_PT_quality, ANTUMBRA_PT_output, ANTUMBRA_PT_advanced)

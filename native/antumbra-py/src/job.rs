@@ -23,7 +23,7 @@ const SIGNAL_CHECK: Duration = Duration::from_millis(50);
 
 /// What the thread ends with.
 enum Outcome {
-    Baked(antumbra::weld::Bake),
+    Baked(Box<antumbra::weld::Bake>),
     Refused(antumbra::Error),
     Panicked(String),
 }
@@ -68,7 +68,7 @@ impl Job {
 fn solve_caught(scene: &SceneInput, settings: &Settings, monitor: &Monitor) -> Outcome {
     // Nothing of the scene is read again after a panic, so no half-changed state can be seen.
     match catch_unwind(AssertUnwindSafe(|| antumbra::solve::bake(scene, settings, monitor))) {
-        Ok(Ok(bake)) => Outcome::Baked(bake),
+        Ok(Ok(bake)) => Outcome::Baked(Box::new(bake)),
         Ok(Err(error)) => Outcome::Refused(error),
         Err(payload) => Outcome::Panicked(panic_message(payload.as_ref())),
     }
@@ -126,7 +126,7 @@ impl Job {
             worker.ok_or_else(|| PyRuntimeError::new_err("the result of this bake was taken before"))?;
         let outcome = leave_python(py, || wait(worker, &self.monitor))?;
         match outcome {
-            Outcome::Baked(bake) => Bake::new(py, bake),
+            Outcome::Baked(bake) => Bake::new(py, *bake),
             Outcome::Refused(error) => Err(to_python(py, &error)),
             Outcome::Panicked(message) => Err(SolverPanicError::new_err(format!(
                 "the solver failed: {message}. This is a bug in Antumbra, please report it"

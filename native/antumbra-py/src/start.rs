@@ -1,6 +1,6 @@
 //! `start`: checks the settings and moves the scene into a solving thread.
 
-use antumbra::settings::{Method, Quantity, Settings, Transport};
+use antumbra::settings::{Anyway, Method, Quantity, Settings, Transport};
 use pyo3::prelude::*;
 
 use crate::errors::{invalid_setting, to_python};
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 #[pyo3(signature = (
     scene, *, method = "ADM", tolerance = 0.01, element_size = 0.0, max_level = 8, max_blockers = 4,
     time_limit = 0.0, triangle_budget = 0, quantity = "RADIOSITY", transport = "AUTO", layers = "TOTAL",
-    threads = 0
+    verify_points = 1000, threads = 0
 ))]
 pub(crate) fn start(
     py: Python<'_>,
@@ -33,6 +33,7 @@ pub(crate) fn start(
     quantity: &str,
     transport: &str,
     layers: &str,
+    verify_points: i64,
     threads: i64,
 ) -> PyResult<Job> {
     let settings = Settings {
@@ -66,6 +67,8 @@ pub(crate) fn start(
             ],
         )?,
         separate_layers: choice(py, "layers", layers, &[("TOTAL", false), ("SEPARATE", true)])?,
+        verify_points: count(py, "verify_points", verify_points)?,
+        anyway: Anyway::default(),
         threads: count(py, "threads", threads)?,
     };
     settings.validate().map_err(|error| to_python(py, &error))?;

@@ -7,7 +7,7 @@
 //! Data flows one way; only `solve` loops:
 //!
 //! ```text
-//! scene → visibility → lamps → mesh → transport → adapt → weld → report
+//! scene → visibility → lamps → mesh → transport → adapt → weld → verify → report
 //! ```
 //!
 //! Units: metres, W/m² (radiosity `B`, irradiance `H`, exitance `E`), `B = E + rho·H` per colour channel; a diffuse
@@ -20,12 +20,14 @@ mod index;
 mod lamps;
 mod mesh;
 pub mod monitor;
+mod plan;
 pub mod report;
 pub mod scene;
 pub mod settings;
 mod shadow;
 pub mod solve;
 mod transport;
+mod verify;
 pub mod visibility;
 pub mod weld;
 

@@ -20,6 +20,8 @@ pub enum Stage {
     Shooting,
     /// Anchoring the mesh and collecting its colours.
     Welding,
+    /// Comparing the result with light along random paths.
+    Verifying,
     /// The result is ready.
     Done,
 }
@@ -33,6 +35,7 @@ impl Stage {
             Self::Lines => "finding shadow boundaries",
             Self::Shooting => "shooting light",
             Self::Welding => "welding",
+            Self::Verifying => "verifying",
             Self::Done => "done",
         }
     }

@@ -49,6 +49,9 @@ pub struct Iteration {
     pub vertices: usize,
     /// Share of the emitted light that has not been distributed yet.
     pub unshot: f64,
+    /// Verified error of what would be shown now, and its 95 % interval, as in [`Verification`]; `None` where the mesh and
+    /// its light had not changed, and where nothing was verified.
+    pub error: Option<[f64; 3]>,
 }
 
 /// Counts of the output.
@@ -69,6 +72,10 @@ pub struct ResultSummary {
     pub transport: TransportSummary,
     /// How visibility was found.
     pub visibility: VisibilitySummary,
+    /// What the scene did not need, and was left out.
+    pub plan: Vec<LeftOut>,
+    /// What the result differs from light along random paths by; `None` where that was not wanted, and in the dark.
+    pub verification: Option<Verification>,
 }
 
 /// Discontinuity lines of the methods ADM and DM.
@@ -95,6 +102,57 @@ pub struct TransportSummary {
     pub imbalance: Option<f64>,
 }
 
+/// The result compared with light along random paths, at random points of the baked surfaces. Everything is about the light
+/// that is shown, without what surfaces emit themselves, and relative to its mean over the points and channels.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Verification {
+    /// Points that were looked at.
+    pub points: usize,
+    /// Paths of each of the two estimates at a point.
+    pub paths: usize,
+    /// Rays of all of them.
+    pub rays: u64,
+    /// Wall-clock seconds.
+    pub time_s: f64,
+    /// Rms error, and the ends of its 95 % interval.
+    pub error: [f64; 3],
+    /// Mean error, positive where too much is shown, and the ends of its 95 % interval.
+    pub bias: [f64; 3],
+    /// 99 of 100 points differ less from their estimates, whose noise is in it.
+    pub p99: f64,
+    /// Power that arrives on what is baked, less what should, relative to that: like the bias, whatever surfaces reflect.
+    pub energy_defect: f64,
+    /// Rms noise of the mean of a point's estimates.
+    pub noise: f64,
+}
+
+/// Something that was not done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Of the switch in [`crate::settings::Anyway`].
+    pub name: &'static str,
+    /// What was not done.
+    pub what: &'static str,
+    /// Why it was not needed.
+    pub reason: String,
+    /// What that does to the result.
+    pub kind: Kind,
+    /// What it may add to the rms error, at most, in wanted errors.
+    pub bound: f64,
+    /// What it would have been.
+    pub saved: String,
+}
+
+/// What leaving something out does to the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Nothing.
+    Exact,
+    /// It adds an error within a bound.
+    Bounded,
+}
+
 /// How many form factors were computed in which way.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct VisibilitySummary {
@@ -104,10 +162,12 @@ pub struct VisibilitySummary {
     pub sampled: u64,
     /// Shadow rays in all.
     pub rays: u64,
+    /// Of those found exactly, how many had nothing before their source.
+    pub open: u64,
 }
 
-impl From<[u64; 3]> for VisibilitySummary {
-    fn from([exact, sampled, rays]: [u64; 3]) -> Self {
-        Self { exact, sampled, rays }
+impl From<[u64; 4]> for VisibilitySummary {
+    fn from([exact, sampled, rays, open]: [u64; 4]) -> Self {
+        Self { exact, sampled, rays, open }
     }
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::verify::POINTS;
 
 /// How the mesh is refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -43,6 +44,17 @@ pub enum Quantity {
     Irradiance,
 }
 
+/// What is done although a scene does not need it: for tests, which compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Anyway {
+    /// Surfaces exchange light even where none of them reflects any to another.
+    pub reflection: bool,
+    /// What is visible of a source is looked for among all that blocks, wherever it stands.
+    pub open_visibility: bool,
+    /// What lies at the outside of everything is tested for hiding a source.
+    pub outer_faces: bool,
+}
+
 /// Settings of one bake.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
@@ -67,6 +79,11 @@ pub struct Settings {
     pub quantity: Quantity,
     /// Whether direct and indirect light are also given apart.
     pub separate_layers: bool,
+    /// Random points at which the result is compared with light along random paths, at most; 0 compares nothing. What
+    /// that may take grows with them, and is a tenth of the bake at the default.
+    pub verify_points: u32,
+    /// What is not left out.
+    pub anyway: Anyway,
     /// Worker threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
 }
@@ -84,6 +101,8 @@ impl Default for Settings {
             triangle_budget: 0,
             quantity: Quantity::Radiosity,
             separate_layers: false,
+            verify_points: POINTS,
+            anyway: Anyway::default(),
             threads: 0,
         }
     }
@@ -93,6 +112,9 @@ impl Default for Settings {
 /// subdivision chases every fine shadow of a detailed interior with millions of elements; four times this is where
 /// memory and export formats start to hurt. Simple scenes stay far below.
 const AUTOMATIC_LIMIT: usize = 100_000;
+
+/// More points than this tell nothing more, and their light fills the memory.
+const MOST_POINTS: u32 = 1_000_000;
 
 impl Settings {
     /// The most triangles that refinement may make of so many.
@@ -121,6 +143,9 @@ impl Settings {
         }
         if !(self.time_limit >= 0.0 && self.time_limit.is_finite()) {
             return refuse("time_limit", self.time_limit, "must be 0 (none) or a number of seconds");
+        }
+        if self.verify_points > MOST_POINTS {
+            return refuse("verify_points", f64::from(self.verify_points), "must be at most 1000000");
         }
         Ok(())
     }

@@ -16,6 +16,7 @@ use crate::lamps::Lamp;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
+use crate::plan::Plan;
 use crate::report::{
     Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, TransportSummary, VisibilitySummary,
 };
@@ -30,6 +31,7 @@ use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::sources::{Emitters, blockers};
+use crate::verify::{Baked, Verifier};
 use crate::weld::{Bake, weld};
 
 /// Share of the wanted error that refinement for the emitters may leave by its own estimate. Errors add up in quadrature,
@@ -94,7 +96,12 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if emitters.lights == 0 {
         return Err(Error::NoLight);
     }
-    let blockers = blockers(&world);
+    let mut blockers = blockers(&world);
+    let plan = Plan::new(&world, &emitters, blockers.polygons(), settings.anyway);
+    blockers.hide_nothing(plan.hide_nothing());
+    if settings.anyway.open_visibility {
+        blockers.take_everything();
+    }
     let form_factors = FormFactors::new(&blockers);
     monitor.check()?;
     let mut solver = Solver {
@@ -110,15 +117,32 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         triangle_limit: 0,
         out_of_budget: false,
         cutting: Cutting::default(),
+        plan,
         transport_mode,
         transport: TransportSummary::default(),
         iterations: Vec::new(),
+        verifier: Verifier::new(&world, settings.verify_points),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
     let meshes = weld(input, &world, &display, &display.layers(indirect_scale), settings);
     monitor.check()?;
+    let verification = match solver.verifier.take() {
+        Some(verifier) => {
+            monitor.report(Progress { stage: Stage::Verifying, ..monitor.progress() });
+            let baked = Baked {
+                meshes: &meshes,
+                shown: &solver.shown,
+                emission_is_shown: settings.quantity == Quantity::Radiosity,
+                tolerance: settings.tolerance,
+                work: form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64,
+            };
+            verifier.verify(&blockers, &baked, &mut solver.iterations, monitor)?
+        }
+        None => None,
+    };
+    let visibility = VisibilitySummary::from(form_factors.counts());
     let result = ResultSummary {
         triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
         vertices: meshes.iter().map(|mesh| mesh.positions.len()).sum(),
@@ -126,7 +150,9 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         unshot,
         lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
         transport: solver.transport.clone(),
-        visibility: VisibilitySummary::from(form_factors.counts()),
+        plan: solver.plan.left_out(&visibility),
+        visibility,
+        verification,
     };
     let mut report = Report {
         scene: SceneSummary {
@@ -175,10 +201,13 @@ struct Solver<'a> {
     triangle_limit: usize,
     out_of_budget: bool,
     cutting: Cutting,
+    plan: Plan,
     /// Never left to the solver.
     transport_mode: Transport,
     transport: TransportSummary,
     iterations: Vec<Iteration>,
+    /// Where it is wanted.
+    verifier: Option<Verifier<'a>>,
 }
 
 impl<'a> Solver<'a> {
@@ -207,6 +236,7 @@ impl<'a> Solver<'a> {
         let mut display = Display::new(mesh, known, &gather)?;
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
         self.record(&display, &exchange);
+        self.watch(&display, &exchange);
 
         // Refine the mesh for their light
         if self.settings.method != Method::Uniform {
@@ -225,6 +255,14 @@ impl<'a> Solver<'a> {
             self.show(&display);
             // What is kept for the patches' light is not out of budget.
             self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
+        }
+
+        self.record(&display, &exchange);
+        self.watch(&display, &exchange);
+
+        if !self.plan.exchanges() {
+            self.transport = exchange.summary();
+            return Ok((display, DVec3::ONE, 0.0));
         }
 
         // Patches exchange what they reflect
@@ -261,6 +299,8 @@ impl<'a> Solver<'a> {
         };
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
+        self.record(&display, &exchange);
+        self.watch(&display, &exchange);
         self.show(&display);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
@@ -276,6 +316,7 @@ impl<'a> Solver<'a> {
             display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
         }
         self.record(&display, &exchange);
+        self.watch(&display, &exchange);
         self.transport = exchange.summary();
         Ok((display, exchange.closing_factor(), exchange.remaining()))
     }
@@ -467,6 +508,13 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Remembers what would be shown now, to be verified at the end.
+    fn watch(&mut self, display: &Display, exchange: &Solution) {
+        if let Some(verifier) = &mut self.verifier {
+            verifier.watch(display, exchange.closing_factor(), self.iterations.len());
+        }
+    }
+
     /// Says what is being done from now on.
     fn begin(&self, stage: Stage) {
         self.monitor.report(Progress { stage, ..self.monitor.progress() });
@@ -491,6 +539,7 @@ impl<'a> Solver<'a> {
             elements,
             vertices,
             unshot,
+            error: None,
         };
         // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
         // what is still to come may rise; a progress bar must not fall.

@@ -59,7 +59,8 @@ pub(crate) fn run(options: &Options) -> Outcome {
 
     // A file of an earlier bake must not pass for this one's.
     let (glb, picture) = (output.with_extension("glb"), output.with_extension("png"));
-    let written = [output, glb, picture, report];
+    let page = report.with_extension("html");
+    let written = [output, glb, picture, report, page];
     for file in &written {
         if *file == scene {
             return Err(Failure::Input(format!("{} would be written over", scene.display())));
@@ -69,11 +70,11 @@ pub(crate) fn run(options: &Options) -> Outcome {
             fs::remove_file(file).map_err(Failure::file(file))?;
         }
     }
-    let [output, glb, picture, report] = &written;
+    let [output, glb, picture, report, page] = &written;
 
     println!("Baking {}", scene.display());
     let mut bake = host.antumbra(&scene);
-    bake.arg("--output").arg(output).arg("--report").arg(report);
+    bake.arg("--output").arg(output).arg("--report").arg(report).arg("--report-page").arg(page);
     for setting in &options.settings {
         bake.arg("--set").arg(setting);
     }

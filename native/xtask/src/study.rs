@@ -4,6 +4,7 @@
 //! tests/scenes/*.py ──► target/study/scenes/SCENE.blend
 //! tests/study/reference.py ──► references/SCENE-….npz      light at random points, by Cycles; kept until a script changes
 //! tests/study/bake.py ──► bakes/SCENE/METHOD-TOLERANCE.*   through the installed extension, one process per scene
+//! tests/study/cycles_bake.py ──► bakes/SCENE/CYCLESsamples-SIZE.*   Cycles' own bake, for comparison
 //! tests/study/vertex_bake.py ──► bakes/sunlit/CYCLES-SAMPLES.*   by Cycles' own bake into vertex colours
 //! tests/study/evaluate.py ──► results.csv, results.json, tables.md, SCENE.png
 //! ```
@@ -29,8 +30,14 @@ pub(crate) struct Options {
     /// boxes, touching, shelf), and SCENE-directN for a scene's N strongest lights alone, without a second bounce.
     #[arg(long, value_delimiter = ',', value_name = "SCENE,...")]
     scenes: Vec<String>,
-    /// The methods; one that this build refuses is named and left out.
-    #[arg(long, value_delimiter = ',', value_name = "METHOD,...", default_value = "UNIFORM,AS,DM,ADM")]
+    /// The methods; one that this build refuses is named and left out. CYCLES is Cycles' own bake into vertex colours, of
+    /// uniform meshes.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "METHOD,...",
+        default_value = "UNIFORM,AS,DM,ADM,CYCLES"
+    )]
     methods: Vec<String>,
     /// The tolerances; a method stops at the first that it does not reach within the limits.
     #[arg(long, value_delimiter = ',', value_name = "SHARE,...")]
@@ -64,6 +71,11 @@ const QUICK_SCENES: &str = "paper,cornell,paper-direct1,paper-direct2";
 /// Coarse ones first: in a furnished room most surfaces are dark, and a share of the mean light is little where it is lit.
 const TOLERANCES: [f64; 8] = [0.32, 0.16, 0.08, 0.04, 0.02, 0.01, 0.005, 0.0025];
 const QUICK_TOLERANCES: [f64; 4] = [0.08, 0.04, 0.02, 0.01];
+
+/// Cycles' bake, with so many paths at each vertex.
+const CYCLES: &str = "CYCLES";
+const CYCLES_SAMPLES: &str = "16,64,256,1024";
+const QUICK_CYCLES_SAMPLES: &str = "16,256";
 
 /// Reference points of a scene. The interval of a 1 % error is then about a tenth of it in the scenes here.
 const POINTS: u32 = 2000;
@@ -206,14 +218,26 @@ pub(crate) fn run(options: &Options) -> Outcome {
 
     println!("Baking");
     let time_limit = options.time_limit.unwrap_or(if options.quick { 20.0 } else { 120.0 });
+    let mut methods: Vec<String> = options.methods.iter().map(|method| method.to_uppercase()).collect();
+    let with_cycles = methods.iter().any(|method| method == CYCLES);
+    methods.retain(|method| method != CYCLES);
     let texts: Vec<_> = tolerances.iter().map(f64::to_string).collect();
     for (scene, blend) in scenes.iter().zip(&blends) {
         let folder = tree::target("study/bakes").join(&scene.name);
         files::remove_folder(&folder)?;
+        // What is black has nothing to bake but irradiance, which Cycles' bake does not give by itself.
+        if with_cycles && scene.direct.is_none() {
+            let mut bake = host.script(&tree::path("tests/study/cycles_bake.py"));
+            bake.arg(blend).arg(&folder).arg(time_limit.to_string()).arg(options.triangle_budget.to_string());
+            run_without_stdout(bake.arg(if options.quick { QUICK_CYCLES_SAMPLES } else { CYCLES_SAMPLES }))?;
+        }
+        if methods.is_empty() {
+            continue;
+        }
         let mut bake = host.script(&tree::path("tests/study/bake.py"));
         bake.arg(blend).arg(&folder).arg(scene.quantity());
         bake.arg(time_limit.to_string()).arg(options.triangle_budget.to_string());
-        bake.arg(options.methods.join(",").to_uppercase()).arg(texts.join(","));
+        bake.arg(methods.join(",")).arg(texts.join(","));
         run_without_stdout(&mut bake)?;
         if let Some(edge) = scene.vertex_bakes {
             let mut bake = host.script(&tree::path("tests/study/vertex_bake.py"));

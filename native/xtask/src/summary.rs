@@ -51,6 +51,20 @@ fn rows(report: &Value) -> Vec<(&'static str, String)> {
     if let Some(reason) = result["ended_by"].as_str() {
         rows.push(("ended by", reason.replace('_', " ")));
     }
+    let verification = &result["verification"];
+    if let Some([error, low, high]) = shares(&verification["error"]) {
+        rows.push((
+            "error",
+            format!(
+                "{:.2} % ({:.2} to {:.2}), verified at {} points in {:.2} s",
+                100.0 * error,
+                100.0 * low,
+                100.0 * high,
+                count(verification, "points"),
+                verification["time_s"].as_f64().unwrap_or(0.0)
+            ),
+        ));
+    }
     let time = |name: &str| timings[name].as_f64().unwrap_or(0.0);
     rows.push((
         "time",
@@ -63,6 +77,12 @@ fn rows(report: &Value) -> Vec<(&'static str, String)> {
         ),
     ));
     rows
+}
+
+/// A value and its interval.
+fn shares(value: &Value) -> Option<[f64; 3]> {
+    let values = value.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>()?;
+    values.try_into().ok()
 }
 
 /// A count with its thousands apart.

@@ -124,7 +124,7 @@ impl SeenPolygon<'_> {
         workspace: &mut Workspace,
     ) -> Arrived {
         if let Candidates::Shared([]) = candidates {
-            form_factors.count_point();
+            form_factors.count_open();
             return Arrived { irradiance: self.open(receiver) * self.exitance, variance: 0.0 };
         }
         let worth = worth * rms(self.exitance);

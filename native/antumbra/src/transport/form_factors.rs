@@ -92,6 +92,7 @@ struct Counters {
     exact: AtomicU64,
     sampled: AtomicU64,
     rays: AtomicU64,
+    open: AtomicU64,
 }
 
 /// Scratch space of one thread.
@@ -136,15 +137,16 @@ impl<'a> FormFactors<'a> {
         FormFactors { blockers, counters: Arc::clone(&self.counters) }
     }
 
-    /// How many form factors were exact, how many were sampled, and the rays that took.
-    pub(crate) fn counts(&self) -> [u64; 3] {
-        let Counters { exact, sampled, rays } = &*self.counters;
-        [exact, sampled, rays].map(|count| count.load(Ordering::Relaxed))
+    /// How many form factors were exact, how many were sampled, the rays that took, and how many of the exact ones had
+    /// nothing before their source.
+    pub(crate) fn counts(&self) -> [u64; 4] {
+        let Counters { exact, sampled, rays, open } = &*self.counters;
+        [exact, sampled, rays, open].map(|count| count.load(Ordering::Relaxed))
     }
 
     /// Collects what may come between receiver points and a source.
     pub(crate) fn candidates<'w>(&self, shaft: &Shaft, found: &'w mut Vec<u32>) -> Candidates<'w> {
-        match self.blockers.candidates(shaft, MOST_SHARED, found) {
+        match self.blockers.hiding(shaft, MOST_SHARED, found) {
             Ok(()) => Candidates::Shared(found),
             Err(TooMany) => Candidates::Crowd,
         }
@@ -186,6 +188,9 @@ impl<'a> FormFactors<'a> {
             let blocking = self.blockers.blocking();
             let found = visible_weighted(receiver, source, worth, blocking, candidates, kernel).ok()?;
             self.counters.exact.fetch_add(1, Ordering::Relaxed);
+            if candidates.is_empty() {
+                self.counters.open.fetch_add(1, Ordering::Relaxed);
+            }
             Some(Found::of(found.value, found.filter, 0.0))
         };
         if let Candidates::Shared(shared) = candidates
@@ -201,7 +206,7 @@ impl<'a> FormFactors<'a> {
             let shaft =
                 Shaft::new(&[receiver.position], &[], source, Some((receiver.position, receiver.normal)));
             let limit = ALWAYS_EXACT.max((count as usize).min(MOST_EXACT));
-            if self.blockers.candidates(&shaft, limit, own).is_ok()
+            if self.blockers.hiding(&shaft, limit, own).is_ok()
                 && let Some(found) = exact(own, kernel)
             {
                 return found;
@@ -357,9 +362,15 @@ impl FormFactors<'_> {
         values
     }
 
-    /// Counts a point that was visible or not, or a source that nothing could block.
+    /// Counts a point that was visible or not.
     pub(crate) fn count_point(&self) {
         self.counters.exact.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Counts a source that nothing could block.
+    pub(crate) fn count_open(&self) {
+        self.counters.exact.fetch_add(1, Ordering::Relaxed);
+        self.counters.open.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Counts shadow rays that stand for one exchange.
@@ -386,7 +397,7 @@ impl FormFactors<'_> {
             return Some(Narrowed::Known { start, end });
         }
         let shaft = Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None);
-        if self.blockers.candidates(&shaft, ALWAYS_EXACT, shared).is_err() {
+        if self.blockers.hiding(&shaft, ALWAYS_EXACT, shared).is_err() {
             return Some(Narrowed::Unknown);
         }
         let start = narrowed.len() as u32;
@@ -402,7 +413,7 @@ impl FormFactors<'_> {
         candidates: Range<u32>,
         narrowed: &mut Vec<u32>,
     ) -> Range<u32> {
-        if candidates.len() <= 1 {
+        if candidates.len() <= 1 || self.blockers.takes_everything() {
             return candidates;
         }
         let (low, high) = cluster.bounds();

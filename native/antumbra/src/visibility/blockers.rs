@@ -28,6 +28,10 @@ pub(crate) struct Blockers {
     panels: Vec<Panel>,
     /// Size of the scene, for the length of rays.
     diagonal: f64,
+    /// Per polygon: whether nothing is behind it that could be hidden.
+    hides_nothing: Vec<bool>,
+    /// Whether everything counts as standing between all things.
+    everywhere: bool,
 }
 
 /// Share of the way between two surfaces that a ray leaves out at each end: far above the rounding of the points and of
@@ -71,8 +75,18 @@ impl Blockers {
         }
         if polygons.is_empty() {
             let (large, panels) = (Vec::new(), Vec::new());
-            return Self { polygons, transmittances, large, tree: None, panels, diagonal };
+            return Self {
+                polygons,
+                transmittances,
+                large,
+                tree: None,
+                panels,
+                diagonal,
+                hides_nothing: Vec::new(),
+                everywhere: false,
+            };
         }
+        let hides_nothing = vec![false; polygons.len()];
         let mut boxes: Vec<Aabb> = polygons.iter().map(grown_box).collect();
         // obvhs 0.4.0 gives a primitive centred on the maximum bound the Morton code 0, far from its neighbours, and
         // closed axis-aligned rooms are full of those; two specks outside the bounds keep everything off the bound.
@@ -87,7 +101,31 @@ impl Blockers {
                 polygons.get(index as usize).map_or_else(Panel::nowhere, |polygon| Panel::new(index, polygon))
             })
             .collect();
-        Self { polygons, transmittances, large, tree: Some(tree), panels, diagonal }
+        Self {
+            polygons,
+            transmittances,
+            large,
+            tree: Some(tree),
+            panels,
+            diagonal,
+            hides_nothing,
+            everywhere: false,
+        }
+    }
+
+    /// Whether everything is taken for a candidate, wherever it stands.
+    pub(crate) fn takes_everything(&self) -> bool {
+        self.everywhere
+    }
+
+    /// Tells which polygons hide nothing from anything.
+    pub(crate) fn hide_nothing(&mut self, polygons: Vec<bool>) {
+        self.hides_nothing = polygons;
+    }
+
+    /// Takes everything for a candidate, wherever it stands.
+    pub(crate) fn take_everything(&mut self) {
+        self.everywhere = true;
     }
 
     /// Size of the scene, metres.
@@ -120,10 +158,28 @@ impl Blockers {
         limit: usize,
         found: &mut Vec<u32>,
     ) -> Result<(), TooMany> {
+        self.collect(shaft, limit, |_| true, found)
+    }
+
+    /// The same, without those that hide nothing from anything.
+    ///
+    /// # Errors
+    /// [`TooMany`] as soon as there are more than `limit`.
+    pub(crate) fn hiding(&self, shaft: &Shaft, limit: usize, found: &mut Vec<u32>) -> Result<(), TooMany> {
+        self.collect(shaft, limit, |index| !self.hides_nothing[index as usize], found)
+    }
+
+    fn collect(
+        &self,
+        shaft: &Shaft,
+        limit: usize,
+        wanted: impl Fn(u32) -> bool,
+        found: &mut Vec<u32>,
+    ) -> Result<(), TooMany> {
         found.clear();
-        let in_shaft = |low, high| shaft.may_touch_box(low, high);
+        let in_shaft = |low, high| self.everywhere || shaft.may_touch_box(low, high);
         let outcome = self.visit(in_shaft, |index, polygon| {
-            if shaft.may_block(polygon) {
+            if self.everywhere || (wanted(index) && shaft.may_block(polygon)) {
                 if found.len() == limit {
                     return ControlFlow::Break(());
                 }
@@ -143,7 +199,8 @@ impl Blockers {
     pub(crate) fn any(&self, shaft: &Shaft, mut asked: impl FnMut(u32) -> bool) -> bool {
         let in_shaft = |low, high| shaft.may_touch_box(low, high);
         let outcome = self.visit(in_shaft, |index, _| {
-            if asked(index) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let hides = !self.hides_nothing[index as usize];
+            if hides && asked(index) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         outcome.is_break()
     }

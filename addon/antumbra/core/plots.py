@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Line plots as SVG, with nothing but text: they are part of a page that must open anywhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+WIDTH, HEIGHT = 560, 300
+_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 16, 16, 44
+
+# Told apart by people who see few colours (Okabe, Ito 2008).
+COLOURS = ("#0072b2", "#d55e00", "#009e73")
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A named course of values; `band` holds the ends of an interval for each."""
+
+    name: str
+    xs: Sequence[float]
+    ys: Sequence[float]
+    band: Sequence[tuple[float, float]] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """What is along an axis, and how a value there is written."""
+
+    title: str
+    text: Callable[[float], str]
+
+
+def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
+    """An SVG of lines over a linear x axis from 0 and a logarithmic y axis, whose foot is 0 where something is."""
+    shown = [y for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends)) if y > 0.0]
+    if not shown:
+        return "<p>Nothing to plot.</p>"
+    low, high = _decades(shown)
+    has_zero = any(y <= 0.0 for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends)))
+    if has_zero:
+        low /= 10.0
+    right = max((x for line in lines for x in line.xs), default=0.0) or 1.0
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        share = (math.log10(max(y, low)) - math.log10(low)) / (math.log10(high) - math.log10(low))
+        return _LEFT + x / right * (WIDTH - _LEFT - _RIGHT), HEIGHT - _BOTTOM - share * (HEIGHT - _TOP - _BOTTOM)
+
+    parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(y_axis.title)}">']
+    for value in _ticks(low, high):
+        _, y = place(0.0, value)
+        parts.append(f'<line class="grid" x1="{_LEFT}" x2="{WIDTH - _RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
+        written = y_axis.text(0.0 if has_zero and value < 1.5 * low else value)
+        parts.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{escape(written)}</text>')
+    for value in _round_steps(right):
+        x, _ = place(value, low)
+        parts.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="{_TOP}" y2="{HEIGHT - _BOTTOM}"/>')
+        parts.append(
+            f'<text x="{x:.1f}" y="{HEIGHT - _BOTTOM + 16}" text-anchor="middle">{escape(x_axis.text(value))}</text>'
+        )
+    middle = _LEFT + (WIDTH - _LEFT - _RIGHT) / 2
+    parts.append(f'<text x="{middle:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{escape(x_axis.title)}</text>')
+    for number, (line, colour) in enumerate(zip(lines, COLOURS, strict=False)):
+        if line.band:
+            ends = [[place(x, ends[k]) for x, ends in zip(line.xs, line.band, strict=True)] for k in (0, 1)]
+            around = _points([*ends[0], *reversed(ends[1])])
+            parts.append(f'<polygon points="{around}" fill="{colour}" opacity="0.2"/>')
+        course = [place(x, y) for x, y in zip(line.xs, line.ys, strict=True)]
+        parts.append(f'<polyline points="{_points(course)}" fill="none" stroke="{colour}" stroke-width="2"/>')
+        parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{colour}"/>' for x, y in course]
+        parts.append(
+            f'<text x="{WIDTH - _RIGHT - 6}" y="{_TOP + 14 + 16 * number}" text-anchor="end" '
+            f'style="fill:{colour}">{escape(line.name)}</text>'
+        )
+    return "\n".join([*parts, "</svg>"])
+
+
+def _points(places: Sequence[tuple[float, float]]) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+
+
+def _decades(values: Sequence[float]) -> tuple[float, float]:
+    """Ends of a logarithmic axis, at 1, 2 or 5 times a power of ten, with all values between them."""
+    low = max(value for value in _one_two_five(min(values)) if value <= min(values))
+    high = min(value for value in _one_two_five(max(values)) if value >= max(values))
+    return low, high if high > low else 2.0 * low
+
+
+def _one_two_five(value: float) -> list[float]:
+    exponent = math.floor(math.log10(value))
+    return [digit * 10.0**power for power in (exponent - 1, exponent, exponent + 1) for digit in (1.0, 2.0, 5.0)]
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """1, 2 and 5 times powers of ten, or the powers alone where there are many."""
+    exponents = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    digits = (1.0,) if len(exponents) > 4 else (1.0, 2.0, 5.0)
+    rounding = 1e-9
+    values = [digit * 10.0**exponent for exponent in exponents for digit in digits]
+    return [value for value in values if low * (1.0 - rounding) <= value <= high * (1.0 + rounding)]
+
+
+def _round_steps(most: float) -> list[float]:
+    """From 0 on, about five round values."""
+    step = min(value for value in _one_two_five(most / 5.0) if value >= most / 5.0)
+    return [step * number for number in range(int(most / step + 1e-9) + 1)]

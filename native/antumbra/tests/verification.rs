@@ -1,0 +1,353 @@
+//! What a bake says about its own error, against errors that are known.
+
+mod common;
+
+use antumbra::report::Verification;
+use antumbra::scene::{ConeInput, LampInput, LampShape, SkyInput};
+use antumbra::settings::{Method, Settings};
+use antumbra::visibility::{ConvexPolygon, Receiver};
+use antumbra::weld::Bake;
+use common::baked::light_over;
+use common::scene::{Scene, adaptive, arriving, lamp, uniform};
+use common::shape::Shape;
+use common::{Random, polygon, visible};
+use glam::{DMat3, DVec3};
+
+fn verified(bake: &Bake) -> &Verification {
+    bake.report.result.verification.as_ref().expect("there is light")
+}
+
+fn print(what: &str, bake: &Bake) {
+    let v = verified(bake);
+    let percent = |values: [f64; 3]| values.map(|value| (1e4 * value).round() / 100.0);
+    println!(
+        "{what} ({}): error {:?} %, bias {:?} %, p99 {:.2} %, energy {:+.2} %, noise {:.2} %, {} points of 2 x {} paths, \
+         {} rays in {:.0} ms of {:.0} ms",
+        bake.report.result.ended_by,
+        percent(v.error),
+        percent(v.bias),
+        100.0 * v.p99,
+        100.0 * v.energy_defect,
+        100.0 * v.noise,
+        v.points,
+        v.paths,
+        v.rays,
+        1e3 * v.time_s,
+        1e3 * bake.report.timings.solve_s,
+    );
+}
+
+/// Settings with which paths enough are looked along to tell an error of half a per cent.
+fn thorough(settings: &Settings) -> Settings {
+    Settings { verify_points: 20_000, ..settings.clone() }
+}
+
+/// A floor with a turned cube on it, and nothing that shines.
+fn stage() -> Scene {
+    let mut scene = Scene::default();
+    let (grey, dark) = (scene.material(0.5, 0.0), scene.material(0.2, 0.0));
+    scene.object("floor", Shape::square(DVec3::ZERO, 2.0), grey);
+    let turn = DMat3::from_rotation_z(0.4);
+    let cube = Shape::cuboid(DVec3::ZERO, DVec3::splat(0.4)).map(|p| turn * p + DVec3::new(0.3, 0.1, 0.4));
+    scene.object("cube", cube, dark);
+    scene
+}
+
+fn lamps() -> Vec<(&'static str, bool, LampShape)> {
+    let rgb = [30.0, 20.0, 10.0];
+    let above = DVec3::new(-0.7, 0.4, 2.0);
+    let point = |radius: f64, faces_receiver: bool, cone: Option<ConeInput>| LampShape::Point {
+        position: above,
+        radius,
+        faces_receiver,
+        intensity_rgb: rgb,
+        cone,
+    };
+    let down = DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z);
+    let cone = |angle: f64, blend: f64| Some(ConeInput { cone_from_world: down, angle, blend });
+    let sun =
+        |angle: f64| LampShape::Sun { direction: DVec3::new(0.5, 0.3, 1.0), angle, irradiance_rgb: rgb };
+    let panel =
+        |spread: f64| LampShape::Panel { outline: lamp(above, 0.3).to_vec(), exitance_rgb: rgb, spread };
+    vec![
+        ("point", true, point(0.0, true, None)),
+        ("disc", true, point(0.3, true, None)),
+        ("sphere", true, point(0.3, false, None)),
+        ("point without shadow", false, point(0.0, true, None)),
+        ("spot", true, point(0.0, true, cone(1.2, 0.5))),
+        ("round spot", true, point(0.2, false, cone(1.5, 1.0))),
+        ("sun", true, sun(0.0)),
+        ("broad sun", true, sun(0.4)),
+        ("half a sky of sun", true, sun(3.0)),
+        ("panel", true, panel(std::f64::consts::PI)),
+        ("panel with a spread", true, panel(1.5)),
+        ("panel kept together", true, panel(0.5)),
+        (
+            "sphere around the cube",
+            true,
+            LampShape::Point {
+                position: DVec3::new(0.3, 0.1, 0.5),
+                radius: 1.0,
+                faces_receiver: false,
+                intensity_rgb: rgb,
+                cone: None,
+            },
+        ),
+    ]
+}
+
+/// Paths know lights by formulas of their own; the solver's must give the same.
+#[test]
+fn every_light_is_the_same_along_paths_as_in_a_bake() {
+    for (name, casts_shadows, shape) in lamps() {
+        let mut scene = stage();
+        scene.input.lamps.push(LampInput { casts_shadows, ..LampInput::new(name, shape) });
+        // Light kept together takes refinement minutes, and on the sphere's surface light jumps where there is no line.
+        let hard = ["panel kept together", "sphere around the cube"].contains(&name);
+        let settings = if hard { uniform(0.05) } else { adaptive() };
+        let bake = scene.bake(&thorough(&Settings { tolerance: 0.02, ..settings }));
+        print(name, &bake);
+        assert_agree(&bake, if hard { 0.2 } else { 0.03 }, name);
+    }
+}
+
+/// A sky with a bright corner; surfaces that emit, among them one that does not block; a film that colours what it lets
+/// through; lamps that light, or are blocked by, some objects only.
+#[test]
+fn skies_emitting_surfaces_filters_and_links_are_the_same_along_paths_as_in_a_bake() {
+    let mut even = stage();
+    even.input.sky = Some(SkyInput::even("even", [3.0, 2.0, 1.0]));
+    let mut uneven = stage();
+    let mut sky =
+        SkyInput { name: "uneven".to_owned(), cells_per_side: 8, exitance_rgb: vec![[1.0; 3]; 6 * 64] };
+    sky.exitance_rgb[4 * 64 + 20] = [300.0, 200.0, 100.0];
+    sky.exitance_rgb[0..64].fill([0.0, 0.0, 4.0]);
+    uneven.input.sky = Some(sky);
+    let mut emitting = stage();
+    let glowing = emitting.material(0.3, 5.0);
+    let airy = emitting.material(0.0, 8.0);
+    emitting.input.materials[airy as usize].transmittance_rgb = [1.0; 3];
+    emitting.object("wall", Shape::quad(DVec3::new(-1.5, -1.0, 0.0), DVec3::Y * 2.0, DVec3::Z), glowing);
+    emitting.object("veil", Shape::square(DVec3::new(0.5, -1.0, 1.2), 0.4), airy);
+    let mut filtered = stage();
+    filtered.light(&lamp(DVec3::new(-0.5, 0.3, 2.0), 0.3), 20.0);
+    let film = filtered.material(0.1, 0.0);
+    filtered.input.materials[film as usize].transmittance_rgb = [0.8, 0.5, 0.2];
+    filtered.object("film", Shape::square(DVec3::new(-0.5, -0.4, 1.0), 0.5), film);
+    let mut linked = stage();
+    linked.light(&lamp(DVec3::new(0.9, 0.9, 2.0), 0.2), 5.0);
+    let point = lamps().swap_remove(1).2;
+    linked
+        .input
+        .lamps
+        .push(LampInput { lit_objects: Some(vec![0]), ..LampInput::new("of the floor", point) });
+    let point = lamps().swap_remove(0).2;
+    let blocking_objects = Some(vec![0]);
+    linked.input.lamps.push(LampInput { blocking_objects, ..LampInput::new("through the cube", point) });
+    let scenes = [
+        ("even", even),
+        ("uneven", uneven),
+        ("emitting", emitting),
+        ("filtered", filtered),
+        ("linked", linked),
+    ];
+    for (name, scene) in scenes {
+        let bake = scene.bake(&thorough(&Settings { tolerance: 0.02, ..adaptive() }));
+        print(name, &bake);
+        assert_agree(&bake, 0.03, name);
+    }
+}
+
+/// The bake is right within a bound, and on the whole within its interval; twice as wide a one, for dozens of tests.
+fn assert_agree(bake: &Bake, most: f64, what: &str) {
+    let Verification { error, bias, .. } = verified(bake);
+    assert!(error[0] < most, "{what}: error {error:?}");
+    let wide = 2.0 * (bias[2] - bias[0]);
+    assert!(bias[0].abs() < wide + 0.002, "{what}: bias {bias:?}");
+}
+
+/// Closed, and the same everywhere: B = E/(1 - rho) exactly, and paths of dozens of bounces must find it.
+#[test]
+fn a_furnace_is_right_along_paths() {
+    for reflectance in [0.5, 0.9] {
+        let mut scene = Scene::default();
+        let glowing = scene.material(reflectance, 1.0);
+        scene.object("furnace", Shape::room(DVec3::new(1.0, 2.0, 1.5)), glowing);
+        let bake = scene.bake(&thorough(&adaptive()));
+        print("furnace", &bake);
+        assert_agree(&bake, 0.04, "furnace");
+        assert!(verified(&bake).energy_defect.abs() < 0.01);
+    }
+}
+
+/// A floor under a lamp and a plate, nothing reflecting: the exact light is known from the kernel.
+#[test]
+fn the_interval_holds_an_error_that_is_known() {
+    let mut scene = Scene::default();
+    let black = scene.material(0.0, 0.0);
+    let outline = lamp(DVec3::new(0.4, 0.2, 1.5), 0.3);
+    let plate = Shape::square(DVec3::new(0.0, 0.0, 0.6), 0.3);
+    let blockers: Vec<_> =
+        plate.triangles.iter().map(|t| polygon(&t.map(|v| plate.positions[v as usize]))).collect();
+    scene.object("floor", Shape::square(DVec3::ZERO, 1.0), black);
+    scene.blocker("plate", plate, black);
+    scene.light(&outline, 10.0);
+    for size in [0.5, 0.2, 0.05] {
+        let bake = scene.bake(&arriving(thorough(&uniform(size))));
+        let mut random = Random(7);
+        let (mut squares, mut sum) = (0.0, 0.0);
+        for _ in 0..10_000 {
+            let [x, y] = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+            let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
+            let exact = 10.0 * visible(&receiver, &polygon(&outline), &blockers).value;
+            squares += (light_over(&bake.meshes[0], x, y) - exact).powi(2);
+            sum += exact;
+        }
+        let error = (squares / 1e4).sqrt() / (sum / 1e4);
+        print(&format!("known to be {:.2} %", 100.0 * error), &bake);
+        let [_, low, high] = verified(&bake).error;
+        // One in twenty intervals does not hold what it is for: half as much on both sides holds these three.
+        let margin = 0.5 * (high - low);
+        assert!(low - margin < error && error < high + margin, "{error} is not in {low} to {high}");
+    }
+}
+
+#[test]
+fn the_course_of_the_error_falls_to_its_end() {
+    let mut scene = stage();
+    scene.light(&lamp(DVec3::new(-0.5, 0.3, 2.0), 0.3), 20.0);
+    let bake = scene.bake(&thorough(&adaptive()));
+    let errors: Vec<f64> = bake.report.timeline.iter().filter_map(|i| i.error).map(|[e, ..]| e).collect();
+    println!("{errors:.4?}");
+    assert!(errors.len() >= 4, "{errors:?}");
+    assert!(errors[errors.len() - 1] < 0.2 * errors[0], "{errors:?}");
+    // The mesh that comes out shows what the last iteration showed.
+    let end = verified(&bake).error[0];
+    assert!((end - errors[errors.len() - 1]).abs() < 1e-6, "{end} after {errors:?}");
+}
+
+#[test]
+fn verification_changes_nothing_and_is_the_same_for_any_number_of_threads() {
+    let mut scene = stage();
+    scene.light(&lamp(DVec3::new(-0.5, 0.3, 2.0), 0.3), 20.0);
+    let one = scene.bake(&Settings { threads: 1, ..adaptive() });
+    let many = scene.bake(&Settings { threads: 5, ..adaptive() });
+    let without_time = |bake: &Bake| Verification { time_s: 0.0, ..verified(bake).clone() };
+    assert_eq!(without_time(&one), without_time(&many));
+    let none = scene.bake(&Settings { verify_points: 0, ..adaptive() });
+    assert!(none.report.result.verification.is_none());
+    assert!(none.report.timeline.iter().all(|iteration| iteration.error.is_none()));
+    for (with, without) in one.meshes.iter().zip(&none.meshes) {
+        assert_eq!(with.triangles, without.triangles);
+        assert_eq!(with.corner_radiance, without.corner_radiance);
+    }
+}
+
+#[test]
+fn the_dark_has_no_relative_error() {
+    let mut scene = Scene::default();
+    let black = scene.material(0.0, 0.0);
+    scene.object("floor", Shape::square(DVec3::ZERO, 2.0), black);
+    scene.light(&lamp(DVec3::new(0.0, 0.0, 1.0), 0.3), 20.0);
+    let bake = scene.bake(&adaptive());
+    assert_eq!(bake.report.result.verification, None);
+}
+
+/// Rays are spent by what the solver counted, not by a clock.
+#[test]
+fn a_larger_bake_is_worth_more_rays() {
+    let mut scene = stage();
+    scene.light(&lamp(DVec3::new(-0.5, 0.3, 2.0), 0.3), 20.0);
+    let white = scene.material(0.7, 0.0);
+    scene.object(
+        "room",
+        Shape::room(DVec3::new(4.0, 4.0, 2.5)).map(|p| p - DVec3::new(2.0, 2.0, 0.1)),
+        white,
+    );
+    let rays = [0.1, 0.01].map(|tolerance| {
+        let bake = scene.bake(&Settings { tolerance, ..adaptive() });
+        print(&format!("tolerance {tolerance}"), &bake);
+        verified(&bake).rays
+    });
+    assert!(rays[1] > 2 * rays[0], "{rays:?}");
+}
+
+struct Chance {
+    scene: Scene,
+    /// Outlines and exitances.
+    lights: Vec<([DVec3; 4], f64)>,
+    blockers: Vec<ConvexPolygon>,
+    settings: Settings,
+}
+
+/// A floor under a lamp or two, with boxes and plates over it, and how finely it is baked: all by chance.
+fn by_chance(random: &mut Random) -> Chance {
+    let mut scene = Scene::default();
+    let black = scene.material(0.0, 0.0);
+    scene.object("floor", Shape::square(DVec3::ZERO, 1.0), black);
+    let mut lights = Vec::new();
+    for _ in 0..=random.below(2) {
+        let at = DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(1.0, 3.0));
+        lights.push((lamp(at, random.between(0.05, 0.5)), random.between(5.0, 20.0)));
+    }
+    for (outline, exitance) in &lights {
+        scene.light(outline, *exitance);
+    }
+    let mut blockers = Vec::new();
+    for _ in 0..random.below(4) {
+        let at = DVec3::new(random.between(-0.8, 0.8), random.between(-0.8, 0.8), random.between(0.3, 0.7));
+        let size =
+            DVec3::new(random.between(0.05, 0.3), random.between(0.05, 0.3), random.between(0.02, 0.25));
+        let turn = DMat3::from_rotation_z(random.between(0.0, 1.5));
+        let shape = Shape::cuboid(DVec3::ZERO, size).map(|p| turn * p + at);
+        let corners = |t: &[u32; 3]| t.map(|v| shape.positions[v as usize]);
+        blockers.extend(shape.triangles.iter().map(|t| polygon(&corners(t))));
+        scene.blocker("box", shape, black);
+    }
+    let method = [Method::Adm, Method::Adm, Method::As, Method::Uniform][random.below(4)];
+    let tolerance = [0.1, 0.05, 0.02, 0.01][random.below(4)];
+    let element_size = if method == Method::Uniform { random.between(0.05, 0.4) } else { 0.0 };
+    let settings = arriving(Settings { method, tolerance, element_size, ..adaptive() });
+    Chance { scene, lights, blockers, settings }
+}
+
+/// The interval is for 95 of 100 bakes, so of 200 about 190 hold the error that is known from the kernel: fewer than 181 have
+/// a chance of 1 in 500.
+#[test]
+#[ignore = "hundreds of bakes, and a million form factors for each"]
+fn nineteen_of_twenty_intervals_hold_the_error() {
+    let mut random = Random(2024);
+    let (mut held, mut above, mut below) = (0, 0, 0);
+    let mut held_bias = 0;
+    for bake_number in 0..200 {
+        let Chance { scene, lights, blockers, settings } = by_chance(&mut random);
+        let bake = scene.bake(&settings);
+        let mut squares = 0.0;
+        let (mut sum, mut shown_sum) = (0.0, 0.0);
+        let side = 200;
+        for k in 0..side * side {
+            let place = |k: i32, by: f64| (f64::from(k) + by) / f64::from(side) * 2.0 - 1.0;
+            let [x, y] = [place(k % side, random.unit()), place(k / side, random.unit())];
+            let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
+            let exact: f64 = (lights.iter())
+                .map(|(outline, exitance)| exitance * visible(&receiver, &polygon(outline), &blockers).value)
+                .sum();
+            let shown = light_over(&bake.meshes[0], x, y);
+            squares += (shown - exact).powi(2);
+            sum += exact;
+            shown_sum += shown;
+        }
+        let count = f64::from(side * side);
+        let error = (squares / count).sqrt() / (sum / count);
+        let v = verified(&bake);
+        let [_, low, high] = v.error;
+        let bias = shown_sum / sum - 1.0;
+        held_bias += i32::from(v.bias[1] <= bias && bias <= v.bias[2]);
+        held += i32::from(low <= error && error <= high);
+        above += i32::from(error > high);
+        below += i32::from(error < low);
+        print(&format!("{bake_number}: known to be {:.2} %", 100.0 * error), &bake);
+    }
+    println!("{held} of 200 held the error, {below} lay above it, {above} below; {held_bias} held the bias");
+    assert!(held >= 181, "{held} of 200");
+}
