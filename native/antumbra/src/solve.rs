@@ -62,8 +62,8 @@ const LINES_OF_CROWDS: f64 = 0.03;
 /// patch's area.
 const SMALL_CONTACT: f64 = 0.25;
 
-/// The same where patches look around: between the parts of a sofa that are pushed into each other it is dark, and they
-/// meet in many short lines.
+/// The same where patches look around, in patches that are smaller: inside the parts of a sofa that are pushed into each other
+/// it is dark.
 const LEAST_CONTACT: f64 = 1.0 / 64.0;
 
 /// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
@@ -252,7 +252,6 @@ impl<'a> Solver<'a> {
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
             let held_back = display.refine_for_emitters(&refinement)?;
-            self.show(&display);
             // What is kept for the patches' light is not out of budget.
             self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
         }
@@ -301,7 +300,6 @@ impl<'a> Solver<'a> {
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
         self.watch(&display, &exchange);
-        self.show(&display);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);

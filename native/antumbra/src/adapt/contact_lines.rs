@@ -15,7 +15,7 @@ use crate::visibility::blockers::Blockers;
 /// what counts as touching.
 const NEAR: f64 = 1e-5;
 
-/// Where polygons touch or pierce the faces for which `which` holds, along `shortest` metres or more on each.
+/// Where polygons touch or pierce the faces for which `which` holds, in lines longer than `shortest`, metres.
 pub(crate) fn contacts(
     world: &World,
     blockers: &Blockers,
@@ -34,16 +34,13 @@ pub(crate) fn contacts(
             }
             blockers.touching(a.min(b).min(c), a.max(b).max(c), NEAR * size, found);
             let at = |weights: DVec3| weights.x * a + weights.y * b + weights.z * c;
-            let parts: Vec<[DVec3; 2]> = (found.iter())
+            (found.iter())
                 .flat_map(|&blocker| {
                     contact_line(corners, face.normal, &blockers.polygons()[blocker as usize])
                 })
-                .collect();
-            // Something round touches in many short parts, which separate light from darkness only together.
-            if parts.iter().map(|part| at(part[0]).distance(at(part[1]))).sum::<f64>() < shortest {
-                return Vec::new();
-            }
-            parts.into_iter().filter_map(|part| line(part, LineKind::Contact)).collect()
+                .filter(|part| at(part[0]).distance(at(part[1])) >= shortest)
+                .filter_map(|part| line(part, LineKind::Contact))
+                .collect()
         })
         .collect();
     faces.into_iter().zip(lines).filter(|(_, lines)| !lines.is_empty()).collect()
