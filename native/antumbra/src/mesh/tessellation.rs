@@ -59,6 +59,11 @@ pub(crate) struct Tessellation<'a> {
 /// Edges shorter than this on the grid are not split: their middle would be rounded by more than a hundredth of them.
 const SHORTEST: i32 = 128;
 
+/// No flip makes a triangle of less height than this share of its longest edge: a thousand times what single precision rounds
+/// coordinates of its size to. Below a lamp a chain of flips once ended in one without area, over which nothing is
+/// interpolated.
+const FLATTEST: f64 = 1e-4;
+
 impl<'a> Tessellation<'a> {
     pub(crate) fn empty(world: &'a World, deepest: u8) -> Self {
         Self {
@@ -291,6 +296,13 @@ impl<'a> Tessellation<'a> {
         weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2]
     }
 
+    /// Whether a tile still has an area once its corners are rounded to single precision.
+    fn is_wide_enough(&self, tile: &Tile) -> bool {
+        let [a, b, c] = tile.vertices.map(|v| self.positions[v.index()]);
+        let longest = longest_edge([a, b, c]);
+        double_area(tile.points) > 0 && (b - a).cross(c - a).length() >= FLATTEST * longest * longest
+    }
+
     /// The two tiles on an edge as they would be after a flip, if that is possible: same face, same samples, no line,
     /// and strictly convex.
     pub(crate) fn flipped(&self, id: ElementId, k: usize) -> Option<(ElementId, [Tile; 2])> {
@@ -328,7 +340,7 @@ impl<'a> Tessellation<'a> {
             build([(one, a), (other, od), (one, c)], [other.lines[oa], None, one.lines[c]]),
             build([(other, od), (one, b), (one, c)], [other.lines[od], one.lines[b], None]),
         ];
-        then.iter().all(|tile| double_area(tile.points) > 0).then_some((other_id, then))
+        then.iter().all(|tile| self.is_wide_enough(tile)).then_some((other_id, then))
     }
 
     /// Replaces two tiles by two others over the same area. New tiles are appended.
