@@ -236,7 +236,6 @@ impl<'a> Solver<'a> {
         let mut display = Display::new(mesh, known, &gather)?;
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
         self.record(&display, &exchange);
-        self.watch(&display, &exchange);
 
         // Refine the mesh for their light
         if self.settings.method != Method::Uniform {
@@ -257,7 +256,6 @@ impl<'a> Solver<'a> {
         }
 
         self.record(&display, &exchange);
-        self.watch(&display, &exchange);
 
         if !self.plan.exchanges() {
             self.transport = exchange.summary();
@@ -299,7 +297,6 @@ impl<'a> Solver<'a> {
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
-        self.watch(&display, &exchange);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
@@ -314,7 +311,6 @@ impl<'a> Solver<'a> {
             display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
         }
         self.record(&display, &exchange);
-        self.watch(&display, &exchange);
         self.transport = exchange.summary();
         Ok((display, exchange.closing_factor(), exchange.remaining()))
     }
@@ -506,13 +502,6 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Remembers what would be shown now, to be verified at the end.
-    fn watch(&mut self, display: &Display, exchange: &Solution) {
-        if let Some(verifier) = &mut self.verifier {
-            verifier.watch(display, exchange.closing_factor(), self.iterations.len());
-        }
-    }
-
     /// Says what is being done from now on.
     fn begin(&self, stage: Stage) {
         self.monitor.report(Progress { stage, ..self.monitor.progress() });
@@ -524,8 +513,12 @@ impl<'a> Solver<'a> {
         self.monitor.show(welded);
     }
 
+    /// Records a stage, and keeps its mesh where it is to be verified.
     fn record(&mut self, display: &Display, exchange: &Solution) {
         self.record_at(display, exchange.remaining(), exchange.shots());
+        if let Some(verifier) = &mut self.verifier {
+            verifier.watch(display, exchange.closing_factor(), self.iterations.len());
+        }
     }
 
     fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {

@@ -48,7 +48,7 @@ enum Task {
     Extension(extension::Options),
     /// Measure size, time and error of the methods on several scenes against a path tracer.
     Study(study::Options),
-    /// Take the pictures of docs/tutorial.md in Blender's window.
+    /// Take the pictures of addon/manual/tutorial.md in Blender's window.
     Tutorial(tutorial::Options),
     /// Draw two methods side by side, meshes above, light below.
     Figure(figure::Options),

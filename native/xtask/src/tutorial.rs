@@ -1,4 +1,4 @@
-//! `cargo xtask tutorial`: the pictures of docs/tutorial.md, taken in Blender's window by doing what it says.
+//! `cargo xtask tutorial`: the pictures of addon/manual/tutorial.md, taken in Blender's window by doing what it says.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub(crate) struct Options {
     blender: Option<PathBuf>,
 }
 
-/// Writes the pictures to docs/pictures.
+/// Writes the pictures to addon/manual/pictures.
 pub(crate) fn run(options: &Options) -> Outcome {
     let host = match &options.blender {
         Some(program) => Some(Host::choose(Some(program), None)?),
@@ -44,8 +44,8 @@ pub(crate) fn run(options: &Options) -> Outcome {
     host.in_window(&mut pictures);
     run_command(&mut pictures)?;
     for picture in PICTURES {
-        files::copy(&taken.join(picture), &tree::path("docs/pictures").join(picture))?;
+        files::copy(&taken.join(picture), &tree::path("addon/manual/pictures").join(picture))?;
     }
-    println!("{}", tree::path("docs/pictures").display());
+    println!("{}", tree::path("addon/manual/pictures").display());
     Ok(())
 }

@@ -81,7 +81,7 @@ fn cosine_direction(u: f64, v: f64) -> DVec3 {
 
 /// The squared error that strata leave falls about as N^-1.5: of all ways to send so many rays from receivers of weights w,
 /// areas times variances, the error over all area is least with w^(1/2.5) from each.
-const POWER: f64 = 0.4;
+pub(crate) const POWER: f64 = 0.4;
 
 /// Cells along each side of a hemisphere that is looked at first, to see what more is worth. With 16 rays darkness in a
 /// crevice cannot be told from noise.

@@ -25,7 +25,7 @@ use crate::transport::crevices::cut_at_crevices;
 use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
-use crate::transport::hemisphere::{Directions, Surroundings};
+use crate::transport::hemisphere::{Directions, POWER, Surroundings};
 use crate::transport::patches::received;
 use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
@@ -46,10 +46,6 @@ const RAYS: f64 = 1e7;
 /// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it.
 const FEWEST: usize = 4;
 const MOST: usize = 32;
-
-/// Of all ways to send so many rays from patches of areas a, the error over all area is least with a^(1/2.5) from each, since
-/// the squared error that strata leave falls about as N^-1.5.
-const POWER: f64 = 0.4;
 
 /// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
 const RESIDUAL: f64 = 1e-4;
