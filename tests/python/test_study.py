@@ -108,9 +108,9 @@ def test_an_error_that_was_not_reached_has_no_size():
     assert at_error(0.01, [], []) is None
 
 
-def bake(scene, method, error, vertices, solve_s):
+def bake(scene, method, error, vertices, cpu_s):
     return SimpleNamespace(
-        scene=scene, method=method, error=error, vertices=vertices, triangles=2 * vertices, solve_s=solve_s
+        scene=scene, method=method, error=error, vertices=vertices, triangles=2 * vertices, cpu_s=cpu_s
     )
 
 

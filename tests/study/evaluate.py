@@ -170,10 +170,10 @@ def main() -> None:
     sections = {
         "References": reference_lines(folder, study["scenes"]),
         "All bakes": result_lines(results),
-        "Elements and time at equal measured error, direct light only (the paper's tables)": paper_table(
+        "Elements and processor time at equal measured error, direct light only (the paper's tables)": paper_table(
             results, counted
         ),
-        "Vertices and solve time at equal measured error": equal_error_table(results, compared),
+        "Vertices and processor time at equal measured error": equal_error_table(results, compared),
         "Against Cycles' vertex bake at equal measured error": cycles_table(results, compared),
     }
     if left_out:

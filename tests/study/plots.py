@@ -35,7 +35,7 @@ class Measured(Protocol):
     @property
     def vertices(self) -> int: ...
     @property
-    def solve_s(self) -> float: ...
+    def cpu_s(self) -> float: ...
     @property
     def error(self) -> float: ...
     @property
@@ -49,7 +49,7 @@ class Measured(Protocol):
 def plot_scene(results: Sequence[Measured], title: str, path: Path) -> None:
     """Draw both plots side by side; an open mark is a bake that a limit ended."""
     figure, axes = pyplot.subplots(1, 2, figsize=(10.0, 4.2), sharey=True, layout="constrained")
-    for axis, size, label in zip(axes, ("vertices", "solve_s"), ("vertices", "time to solve, s"), strict=True):
+    for axis, size, label in zip(axes, ("vertices", "cpu_s"), ("vertices", "processor time, s"), strict=True):
         for method, (colour, mark) in LOOKS.items():
             own = sorted((r for r in results if r.method == method), key=lambda r: r.vertices)
             if not own:

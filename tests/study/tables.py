@@ -2,7 +2,8 @@
 """The study's two tables, in Markdown: sizes of bakes that are equally wrong.
 
 A method's size at an error lies on the line, in logarithms, between its two tolerances around that error. Bakes that a
-limit of the study ended count like any other: what they are is measured, not what they were meant to be.
+limit of the study ended count like any other: what they are is measured, not what they were meant to be. Seconds are
+the processor's, over all threads: other work on the machine changes them little.
 """
 
 from collections.abc import Iterable, Sequence
@@ -28,7 +29,7 @@ class Measured(Protocol):
     @property
     def triangles(self) -> int: ...
     @property
-    def solve_s(self) -> float: ...
+    def cpu_s(self) -> float: ...
     @property
     def error(self) -> float: ...
 
@@ -42,7 +43,7 @@ class Curve:
         self.errors = [result.error for result in own]
         self.vertices = [float(result.vertices) for result in own]
         self.triangles = [float(result.triangles) for result in own]
-        self.seconds = [result.solve_s for result in own]
+        self.seconds = [result.cpu_s for result in own]
 
     def at(self, wanted: float, sizes: Sequence[float]) -> float | None:
         """One of the three sizes at the wanted error; None where the method did not come as far or began finer."""

@@ -5,11 +5,11 @@
 //! tests/study/reference.py ──► references/SCENE-….npz      light at random points, by Cycles; kept until a script changes
 //! tests/study/bake.py ──► bakes/SCENE/METHOD-TOLERANCE.*   through the installed extension, one process per scene
 //! tests/study/cycles_bake.py ──► bakes/SCENE/CYCLESsamples-SIZE.*   Cycles' own bake, for comparison
-//! tests/study/vertex_bake.py ──► bakes/sunlit/CYCLES-SAMPLES.*   by Cycles' own bake into vertex colours
 //! tests/study/evaluate.py ──► results.csv, results.json, tables.md, SCENE.png
 //! ```
 //!
-//! Times are the report's own `solve_s` and `cpu_s`, so start-up is in none of them; nothing else should run meanwhile.
+//! Times are the report's own `solve_s` and `cpu_s`, so start-up is in none of them. Tables compare processor time, which a busy
+//! machine changes little.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -81,10 +81,6 @@ const QUICK_CYCLES_SAMPLES: &str = "16,256";
 const POINTS: u32 = 2000;
 const QUICK_POINTS: u32 = 500;
 
-/// Edge of a mesh that is fine enough for Cycles to bake into, and the samples that it takes there.
-const VERTEX_BAKE_EDGE_M: f64 = 0.1;
-const VERTEX_BAKE_SAMPLES: &str = "16,64,256";
-
 /// What a quick study's references have fewer of, in paths per point.
 const QUICK_SHARE: u32 = 4;
 
@@ -99,8 +95,6 @@ struct Scene {
     direct: Option<u32>,
     /// Paths per reference point.
     samples: u32,
-    /// Edge of the mesh on which Cycles' own bake is measured as well, metres.
-    vertex_bakes: Option<f64>,
 }
 
 impl Scene {
@@ -127,14 +121,7 @@ impl Scene {
         };
         // Direct light alone is less noisy.
         let samples = if direct.is_some() { samples.min(6_144) } else { samples };
-        Ok(Self {
-            name: name.to_owned(),
-            script,
-            case: case.map(str::to_owned),
-            direct,
-            samples,
-            vertex_bakes: (name == "sunlit").then_some(VERTEX_BAKE_EDGE_M),
-        })
+        Ok(Self { name: name.to_owned(), script, case: case.map(str::to_owned), direct, samples })
     }
 
     /// What is baked and compared: a scene of black surfaces has nothing but irradiance.
@@ -197,7 +184,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     println!("Setting up {}", host.name());
     host.install(&extension::build_native(&host, &wheel::build_native()?)?)?;
 
-    // Scenes and references first: bakes are timed, and want the machine for themselves.
+    // Scenes and references first: bakes are timed, and want no work beside them.
     println!("Making scenes and references");
     let points = if options.quick { QUICK_POINTS } else { POINTS };
     let digest = scripts_digest()?;
@@ -239,11 +226,6 @@ pub(crate) fn run(options: &Options) -> Outcome {
         bake.arg(time_limit.to_string()).arg(options.triangle_budget.to_string());
         bake.arg(methods.join(",")).arg(texts.join(","));
         run_without_stdout(&mut bake)?;
-        if let Some(edge) = scene.vertex_bakes {
-            let mut bake = host.script(&tree::path("tests/study/vertex_bake.py"));
-            bake.arg(blend).arg(&folder).arg(edge.to_string()).arg(VERTEX_BAKE_SAMPLES);
-            run_without_stdout(&mut bake)?;
-        }
     }
 
     println!("Measuring\n");
