@@ -290,10 +290,11 @@ impl<'a> Solver<'a> {
             surroundings.aim_at(wanted, &display.receivers(), &display.sample_areas());
         }
         let gather = self.gather(reflected.lit(), wanted_error, &ends);
-        let hidden = match reflected.lit() {
-            Lit::Sources(_) => Hidden::Nowhere,
-            Lit::Around(_) => Hidden::Crevices { mean_radiosity: wanted_error / self.settings.tolerance },
-        };
+        let patches = exchange.patch_light();
+        let mean_radiosity = wanted_error / self.settings.tolerance;
+        let hidden = patches
+            .as_ref()
+            .map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
@@ -472,7 +473,7 @@ impl<'a> Solver<'a> {
         &'g self,
         gather: Gather<'g>,
         wanted_error: f64,
-        hidden: Hidden,
+        hidden: Hidden<'g>,
         progress: [f64; 2],
     ) -> Refinement<'g> {
         Refinement {
