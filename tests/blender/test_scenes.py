@@ -12,7 +12,7 @@ from scenes import face_areas
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.scenes import cornell, hard, interior, paper
+from tests.scenes import cornell, hard, interior, paper, scale
 from tests.scenes.building import only_direct_light, patch_count
 
 # Number of lamps, and which objects are sheets; every other object is a closed solid.
@@ -100,3 +100,40 @@ def test_direct_light_alone_keeps_the_strongest_lamps_and_no_reflection():
     assert [o.name for o in bpy.context.scene.objects if o.type == "LIGHT"] == ["light0"]
     for material in bpy.data.materials:
         assert tuple(material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value)[:3] == (0, 0, 0)
+
+
+def triangle_count():
+    return sum(
+        len(face.vertices) - 2 for o in bpy.context.scene.objects if o.type == "MESH" for face in o.data.polygons
+    )
+
+
+@pytest.mark.parametrize("asked", [1_000, 10_000])
+def test_a_flat_has_as_many_triangles_as_asked_for(asked):
+    scale.build(str(asked))
+    assert asked - scale.BOOK_TRIANGLES < triangle_count() <= asked
+    flat = scale.plan(asked)
+    assert sum(o.type == "LIGHT" for o in bpy.context.scene.objects) == 2 * flat.rooms
+    for item in bpy.context.scene.objects:
+        if item.type == "MESH":
+            assert not item.data.validate(), item.name
+            assert face_areas(item.data).min() > 1e-9, item.name
+            if not item.name.startswith("shell"):
+                assert set(edge_uses(item.data)) == {2}, f"{item.name} is not closed"
+                assert signed_volume(item.data) > 0.0, f"{item.name} is inside out"
+
+
+def test_rooms_and_what_stands_in_them_grow_together():
+    small, large = scale.plan(10_000), scale.plan(1_000_000)
+    assert large.rooms == pytest.approx(10.0 * small.rooms, rel=0.1)
+    assert all(fine > coarse for fine, coarse in zip(large.cuts, small.cuts, strict=True))
+
+
+def test_the_shells_of_a_flat_leave_no_gap():
+    scale.build("10000")
+    total = np.zeros(3)
+    for item in bpy.context.scene.objects:
+        if item.name.startswith("shell"):
+            total += sum((np.array(face.normal) * face.area for face in item.data.polygons), np.zeros(3))
+    # Directed areas of a closed shell cancel.
+    assert total == pytest.approx(0.0, abs=1e-4)

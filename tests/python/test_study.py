@@ -11,6 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.study.lookup import Surface
+from tests.study.scale_tables import exponent
 from tests.study.statistics_of_error import at_error, relative_error
 from tests.study.tables import cycles_table, equal_error_table, paper_table
 
@@ -154,3 +155,11 @@ def test_the_papers_table_compares_at_the_finest_error_both_come_to():
 
 def test_without_bakes_there_is_no_table():
     assert paper_table([], ["room"]) == []
+
+
+def test_the_exponent_of_a_power_is_its_power():
+    triangles = [1e3, 1e4, 1e5, 1e6]
+    assert exponent(triangles, [3.0 * n**1.15 for n in triangles]) == pytest.approx(1.15)
+    # What is not known is left out
+    assert exponent(triangles, [None, 2e4, None, 2e6]) == pytest.approx(1.0)
+    assert exponent(triangles, [1.0, None, None, None]) is None

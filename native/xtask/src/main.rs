@@ -1,4 +1,4 @@
-//! Developer tasks: `cargo xtask bake | test | extension | study | figure | tutorial`.
+//! Developer tasks: `cargo xtask bake | test | extension | study | scale | figure | tutorial`.
 //!
 //! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
 //!
@@ -9,6 +9,7 @@
 //! blender-user/     one user folder per Blender, so that the developer's own is never touched
 //! bake/             what `cargo xtask bake` writes
 //! study/            what `cargo xtask study` writes
+//! scale/            what `cargo xtask scale` writes
 //! ```
 
 mod bake;
@@ -19,6 +20,7 @@ mod figure;
 mod files;
 mod host;
 mod progress;
+mod scale;
 mod study;
 mod summary;
 mod test;
@@ -48,6 +50,8 @@ enum Task {
     Extension(extension::Options),
     /// Measure size, time and error of the methods on several scenes against a path tracer.
     Study(study::Options),
+    /// Measure how the time and the memory of a bake grow with the scene.
+    Scale(scale::Options),
     /// Take the pictures of addon/manual/tutorial.md in Blender's window.
     Tutorial(tutorial::Options),
     /// Draw two methods side by side, meshes above, light below.
@@ -60,6 +64,7 @@ fn main() -> ExitCode {
         Task::Test(options) => test::run(&options),
         Task::Extension(options) => extension::run(&options),
         Task::Study(options) => study::run(&options),
+        Task::Scale(options) => scale::run(&options),
         Task::Figure(options) => figure::run(&options),
         Task::Tutorial(options) => tutorial::run(&options),
     };
