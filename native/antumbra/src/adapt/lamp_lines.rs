@@ -12,7 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::adapt::line_choice::{ENDS, ShadowLine};
-use crate::adapt::line_search::{LineSearch, MOST_CANDIDATES, Part, line};
+use crate::adapt::line_search::{LineSearch, MOST_CANDIDATES, Part, Seen, line};
 use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
@@ -22,6 +22,7 @@ use crate::shadow::sharp::{Apex, shadow_of_edge};
 use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
 use crate::visibility::Receiver;
+use crate::visibility::screens::Body;
 
 /// Times that a face is quartered in search of parts with few enough candidates.
 const DEEPEST: u32 = 5;
@@ -59,13 +60,15 @@ impl LineSearch<'_> {
         }
         let faces: Vec<FaceId> =
             FaceId::range(0..self.world.faces.len()).filter(|&face| self.world.receives(face)).collect();
-        let lines: Vec<Vec<ShadowLine>> = (faces.par_iter())
-            .map_init(Workspace::default, |workspace, &face| {
+        let bodies: Vec<Body> = lamps.iter().map(|(lamp, _)| lamp.body()).collect();
+        let seen = Seen::new(self, &faces, &bodies);
+        let lines: Vec<Vec<ShadowLine>> = (faces.par_iter().enumerate())
+            .map_init(Workspace::default, |workspace, (number, &face)| {
                 let plate = self.plate(face);
                 let object = self.world.faces[face.index()].object.index() as u32;
                 let mut lines = Vec::new();
-                let lit = |&&(lamp, _): &&(&Lamp, Apex)| !(self.ends)() && lamp.lights(object);
-                for &(lamp, apex) in lamps.iter().filter(lit) {
+                let seen = seen.of(number).iter().map(|&lamp| lamps[lamp as usize]);
+                for (lamp, apex) in seen.filter(|(lamp, _)| !(self.ends)() && lamp.lights(object)) {
                     let mut light = |position| {
                         let receiver = Receiver::new(position, plate.plane.normal).of(object);
                         plate.shown * lamp.light(&receiver, form_factors, workspace)

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::adapt::five_cases::{Case, Seen, case};
+use crate::adapt::five_cases::{Case, Seen as SeenAt, case};
 use crate::adapt::line_choice::{ENDS, ShadowLine};
 use crate::adapt::line_sources::LineSource;
 use crate::adapt::line_strength::Strength;
@@ -21,8 +21,10 @@ use crate::scene::world::World;
 use crate::shadow::boundary::{Plane, clip_to_triangle, trace};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::wedge::{WedgeCache, WedgeId};
+use crate::transport::form_factors::{CLUSTER_SIZE, clusters};
 use crate::transport::gather::rms;
 use crate::visibility::blockers::Blockers;
+use crate::visibility::screens::{Body, Unscreened};
 use crate::visibility::shaft::{Shaft, TRIANGLE_EDGES};
 use crate::visibility::{
     ConvexPolygon, Receiver, Scratch, Visibility, unoccluded_form_factor, visible_weighted,
@@ -87,6 +89,46 @@ impl Plate<'_> {
     }
 }
 
+/// Which faces may see which sources: not those that a single polygon hides it from.
+pub(super) struct Seen {
+    /// Per face, where it comes among neighbours.
+    places: Vec<u32>,
+    unscreened: Unscreened,
+}
+
+impl Seen {
+    pub(super) fn new(search: &LineSearch, faces: &[FaceId], sources: &[Body]) -> Self {
+        let corners = |face: FaceId| search.world.corners(&search.world.faces[face.index()]);
+        let middles: Vec<Receiver> = (faces.iter())
+            .map(|&face| Receiver::new(corners(face).iter().sum::<DVec3>() / 3.0, DVec3::Z))
+            .collect();
+        let order: Vec<u32> =
+            clusters(&middles, CLUSTER_SIZE).into_iter().flat_map(|cluster| cluster.members).collect();
+        let mut places = vec![0; faces.len()];
+        let mut bounds = Vec::with_capacity(faces.len());
+        for (place, face) in (0..).zip(order) {
+            places[face as usize] = place;
+            let [a, b, c] = corners(faces[face as usize]);
+            bounds.push((a.min(b).min(c), a.max(b).max(c)));
+        }
+        Self { places, unscreened: Unscreened::new(search.blockers, &bounds, sources) }
+    }
+
+    /// The sources that a face may see, in order.
+    pub(super) fn of(&self, face: usize) -> &[u32] {
+        self.unscreened.of(self.places[face] as usize)
+    }
+
+    /// Per source: the faces that may see it, in order.
+    fn by_source(&self, sources: usize) -> Vec<Vec<u32>> {
+        let mut faces = vec![Vec::new(); sources];
+        for face in 0..self.places.len() {
+            self.of(face).iter().for_each(|&source| faces[source as usize].push(face as u32));
+        }
+        faces
+    }
+}
+
 /// A source, with what is kept while it shoots.
 struct Shooter<'a> {
     source: &'a LineSource,
@@ -121,7 +163,7 @@ struct Corner {
     position: DVec3,
     /// Whichever side of the source it is on.
     unoccluded: f64,
-    seen: Option<Seen>,
+    seen: Option<SeenAt>,
 }
 
 /// Where a wedge meets the plane of the face.
@@ -162,8 +204,12 @@ impl LineSearch<'_> {
             .filter(|&face| self.world.receives(face))
             .map(|face| (face, Vec::new()))
             .collect();
-        let could_pay = |source: &&LineSource| self.price.is_none_or(|price| source.most >= ENDS * price);
-        for source in sources.iter().filter(could_pay) {
+        let could_pay = |source: &LineSource| self.price.is_none_or(|price| source.most >= ENDS * price);
+        let faces: Vec<FaceId> = lines.iter().map(|(face, _)| *face).collect();
+        let bodies =
+            sources.iter().map(|source| Some(source.lit.polygon.vertices().iter().copied().collect()));
+        let seen = Seen::new(self, &faces, &bodies.collect::<Vec<Body>>()).by_source(sources.len());
+        for (source, seen) in sources.iter().zip(seen).filter(|(source, _)| could_pay(source)) {
             if (self.ends)() {
                 break;
             }
@@ -180,12 +226,20 @@ impl LineSearch<'_> {
                 scratch: Scratch::new(),
                 found: Vec::new(),
             };
-            lines.par_iter_mut().with_min_len(16).for_each_init(strength, |strength, (face, lines)| {
-                if !(self.ends)() {
-                    self.add_lines(*face, &shooter, strength, lines);
-                }
-            });
+            let found: Vec<(u32, Vec<ShadowLine>)> = (seen.into_par_iter().with_min_len(16))
+                .map_init(strength, |strength, face| {
+                    let mut lines = Vec::new();
+                    if !(self.ends)() {
+                        self.add_lines(faces[face as usize], &shooter, strength, &mut lines);
+                    }
+                    (face, lines)
+                })
+                .filter(|(_, lines)| !lines.is_empty())
+                .collect();
             self.monitor.check()?;
+            for (face, found) in found {
+                lines[face as usize].1.extend(found);
+            }
         }
         lines.retain(|(_, lines)| !lines.is_empty());
         Ok(lines)
@@ -315,7 +369,7 @@ impl LineSearch<'_> {
     }
 
     /// What a corner sees of the source.
-    fn seen(&self, walk: &mut Walk, corner: usize, candidates: &[u32], strength: &mut Strength) -> Seen {
+    fn seen(&self, walk: &mut Walk, corner: usize, candidates: &[u32], strength: &mut Strength) -> SeenAt {
         let Walk { plate, shooter, corners, .. } = walk;
         let corner = &mut corners[corner];
         (corner.seen)
@@ -323,8 +377,8 @@ impl LineSearch<'_> {
                 let (receiver, blocking) = (plate.receiver(corner.position), self.blockers.blocking());
                 let scratch = &mut strength.scratch;
                 match visible_weighted(&receiver, shooter.polygon(), None, blocking, candidates, scratch) {
-                    Ok(found) => Seen { state: found.state, blockers: scratch.blockers().to_vec() },
-                    Err(_) => Seen { state: Visibility::Partial, blockers: candidates.to_vec() },
+                    Ok(found) => SeenAt { state: found.state, blockers: scratch.blockers().to_vec() },
+                    Err(_) => SeenAt { state: Visibility::Partial, blockers: candidates.to_vec() },
                 }
             })
             .clone()

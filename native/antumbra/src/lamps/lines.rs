@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use crate::lamps::{Kind, Lamp};
+use crate::lamps::{AROUND, Kind, Lamp};
 use crate::shadow::sharp::Apex;
 use crate::transport::source_tree::LitPolygon;
-use crate::visibility::shaft::{Shaft, TRIANGLE_EDGES};
+use crate::visibility::screens::Body;
+use crate::visibility::shaft::{Shaft, TRIANGLE_EDGES, box_corners};
 
 impl Lamp {
     /// Where the middle of it is, if it is round or far away and casts shadows.
@@ -80,6 +81,21 @@ impl Lamp {
                 (intensity.abs() / (nearest * nearest)).min(DVec3::splat(f64::MAX))
             }
             Kind::Panel { exitance, .. } => exitance.abs(),
+        }
+    }
+
+    /// What holds all of it, where it is somewhere and everything blocks its light.
+    pub(crate) fn body(&self) -> Body {
+        if !self.casts_shadows || self.blockers.is_some() {
+            return None;
+        }
+        match &self.kind {
+            Kind::Sun { .. } => None,
+            Kind::Round { centre, radius, .. } => {
+                let around = AROUND * radius * DVec3::ONE;
+                Some(box_corners(centre - around, centre + around).into_iter().collect())
+            }
+            Kind::Panel { polygon, .. } => Some(polygon.vertices().iter().copied().collect()),
         }
     }
 

@@ -15,6 +15,7 @@ use crate::transport::form_factors::{
 use crate::transport::hemisphere::Surroundings;
 use crate::transport::source_tree::{Seen, SourceTree, Step};
 use crate::visibility::Receiver;
+use crate::visibility::screens::{Bounds, Unscreened};
 
 /// Parts of a source are told apart where taking their mean could be wrong by this, in wanted errors. Signs differ from
 /// source to source, and the bound is many times what it is wrong by, since parts count as a receiver sees them. Cornell
@@ -28,6 +29,16 @@ pub(crate) struct Arrived {
     pub(crate) irradiance: DVec3,
     /// Variance that rays left in it, summed over the channels, W²/m⁴.
     pub(crate) variance: f64,
+}
+
+impl Arrived {
+    /// Where it ended before anybody looked.
+    pub(crate) const UNKNOWN: Self = Self { irradiance: DVec3::ZERO, variance: f64::INFINITY };
+
+    /// Whether anybody looked.
+    pub(crate) fn is_known(&self) -> bool {
+        self.variance < f64::INFINITY
+    }
 }
 
 impl AddAssign for Arrived {
@@ -83,7 +94,7 @@ pub(crate) struct Gather<'a> {
 }
 
 impl Gather<'_> {
-    /// What arrives at each receiver; nothing where it ended before its turn.
+    /// What arrives at each receiver; [`Arrived::UNKNOWN`] where it ended before its turn.
     ///
     /// `seeds`: per receiver, what fixes its rays. `areas`: that each stands for, m²; may be empty where sources are sought
     /// out.
@@ -152,17 +163,20 @@ impl Gather<'_> {
         if of.receivers.is_empty() || tree.is_empty() {
             return Ok(arrived);
         }
-        let found: Vec<Vec<Arrived>> = (clusters.par_iter())
-            .map_init(Workspace::default, |workspace, cluster| {
-                let mut sums = vec![Arrived::default(); cluster.members.len()];
+        let bounds: Vec<Bounds> = clusters.iter().map(Cluster::bounds).collect();
+        let unscreened = Unscreened::new(self.form_factors.blockers, &bounds, &tree.bodies());
+        let found: Vec<Vec<Arrived>> = (clusters.par_iter().enumerate())
+            .map_init(Workspace::default, |workspace, (number, cluster)| {
                 if (self.ends)() {
-                    return sums;
+                    return vec![Arrived::UNKNOWN; cluster.members.len()];
                 }
+                let mut sums = vec![Arrived::default(); cluster.members.len()];
                 let at = Clustered { cluster, of };
                 let (low, high) = cluster.bounds();
                 workspace.next_cluster();
                 let negligible = NEGLIGIBLE * self.wanted_error;
-                tree.visit(low, high, negligible, Narrowed::Unknown, |source, step, known| {
+                let (seen, seen_lamps) = tree.split(unscreened.of(number));
+                tree.visit(seen, low, high, negligible, Narrowed::Unknown, |source, step, known| {
                     let polygon = match (source.seen(), step) {
                         (Seen::Polygon(polygon), Step::Whole) => polygon,
                         (Seen::Polygon(polygon), Step::ToParts) => {
@@ -187,8 +201,8 @@ impl Gather<'_> {
                     self.form_factors.of_cluster(at, polygon, weight, known, workspace, found);
                     None
                 });
-                for lamp in &tree.lamps {
-                    lamp.light_cluster(
+                for &lamp in seen_lamps {
+                    tree.lamp(lamp).light_cluster(
                         at,
                         self.form_factors,
                         self.weight(DVec3::ONE),
@@ -222,7 +236,7 @@ impl Gather<'_> {
         let arrived = (receivers.par_iter().zip_eq(areas))
             .map(|(receiver, &area)| {
                 if (self.ends)() {
-                    return Arrived::default();
+                    return Arrived::UNKNOWN;
                 }
                 let (arrived, rays) = surroundings.at(receiver, area);
                 self.form_factors.count_rays(rays as u64);

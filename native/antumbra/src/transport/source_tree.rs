@@ -8,6 +8,7 @@ use crate::lamps::{Lamp, Sky};
 use crate::mesh::{Mesh, Side};
 use crate::transport::hierarchy::{Hierarchy, NodeId, REPRESENTATIVES};
 use crate::transport::links::NodeLight;
+use crate::visibility::screens::Body;
 use crate::visibility::{ConvexPolygon, Receiver};
 
 /// A polygon and what it sends from the side of its normal.
@@ -177,6 +178,37 @@ impl SourceTree {
         from_lamps + self.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.brightest(receivers))
     }
 
+    /// What is to be seen of all sources that are not parts of others, and after them of the lamps.
+    pub(crate) fn bodies(&self) -> Vec<Body> {
+        let of_root = |&root: &u32| match &self.nodes[root as usize].shape {
+            Shape::Flat(polygon) => Some(polygon.vertices().iter().copied().collect()),
+            Shape::Cluster(_) => None,
+        };
+        self.roots.iter().map(of_root).chain(self.lamps.iter().map(Lamp::body)).collect()
+    }
+
+    /// Numbers of [`Self::bodies`], in order: those of sources, then those of lamps.
+    pub(crate) fn split<'n>(&self, numbers: &'n [u32]) -> (&'n [u32], &'n [u32]) {
+        numbers.split_at(numbers.partition_point(|&number| (number as usize) < self.roots.len()))
+    }
+
+    /// The lamp with a number of [`Self::bodies`].
+    pub(crate) fn lamp(&self, number: u32) -> &Lamp {
+        &self.lamps[number as usize - self.roots.len()]
+    }
+
+    /// No irradiance from a polygon that is not part of another, or from a lamp, is larger anywhere within a distance of a
+    /// place, all of them together, W/m².
+    pub(crate) fn most_to(&self, place: DVec3, within: f64) -> DVec3 {
+        let of_root = |&root: &u32| {
+            let node = &self.nodes[root as usize];
+            let distance = (node.centre.distance(place) - node.radius - within).max(0.0);
+            node.radiosity.abs() * (node.area / (std::f64::consts::PI * distance * distance)).min(1.0)
+        };
+        let from_polygons: DVec3 = self.roots.iter().map(of_root).sum();
+        from_polygons + self.lamps.iter().map(|lamp| lamp.most_to(place, within)).sum::<DVec3>()
+    }
+
     /// Polygons that are not parts of others, with what they send, W/m².
     pub(crate) fn roots(&self) -> impl Iterator<Item = (&ConvexPolygon, DVec3)> {
         self.roots.iter().filter_map(|&root| match &self.nodes[root as usize] {
@@ -188,18 +220,21 @@ impl SourceTree {
     /// Visits the coarsest sources whose parts are not worth telling apart from anywhere in a box, and on the way to them
     /// what they are parts of.
     ///
-    /// `negligible`: irradiance, W/m².
+    /// `seen`: the sources that are not parts of others which are worth visiting, by their number. `negligible`: irradiance,
+    /// W/m².
     /// `visit`: is told whether the parts of a source come next, and what it returned for what the source is a part of
     /// (`first` when that is nothing); nothing leaves the parts out.
     pub(crate) fn visit<T: Copy>(
         &self,
+        seen: &[u32],
         low: DVec3,
         high: DVec3,
         negligible: f64,
         first: T,
         mut visit: impl FnMut(Source, Step, T) -> Option<T>,
     ) {
-        let mut open: Vec<(u32, T)> = self.roots.iter().map(|&root| (root, first)).collect();
+        let seen = seen.iter().map(|&number| self.roots[number as usize]);
+        let mut open: Vec<(u32, T)> = seen.map(|root| (root, first)).collect();
         while let Some((index, handed)) = open.pop() {
             let node = &self.nodes[index as usize];
             let centre = node.centre;

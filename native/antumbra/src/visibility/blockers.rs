@@ -284,6 +284,11 @@ impl Blockers {
         passed.iter().map(|&id| self.blocking().transmittance(id)).product()
     }
 
+    /// Whether what is asked holds for any of the polygons that the open segment between two points crosses.
+    pub(crate) fn is_crossed(&self, from: DVec3, to: DVec3, asked: impl Fn(u32) -> bool) -> bool {
+        self.meets(from, to, |panel, span| panel.is_crossed(from, span) && asked(panel.polygon))
+    }
+
     /// Whether what is asked of a polygon and the whole segment holds for any that may lie on it.
     fn meets(&self, from: DVec3, to: DVec3, mut asked: impl FnMut(&Panel, DVec3) -> bool) -> bool {
         let Some(tree) = &self.tree else { return false };

@@ -24,6 +24,7 @@ mod form_factor;
 mod hidden;
 mod polygon;
 pub(crate) mod rays;
+pub(crate) mod screens;
 pub(crate) mod shaft;
 
 pub use form_factor::unoccluded_form_factor;
