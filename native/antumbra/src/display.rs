@@ -5,15 +5,16 @@
 //! other and only one of them has sharp shadows.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::adapt::fit::fitted;
 use crate::adapt::refinement::{Hidden, Layer, Refinable, Refinement};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::arrangement::LineKind;
-use crate::mesh::{Corner, Quartering, Sample, Side, Tessellation, anchored};
+use crate::mesh::{Approach, Corner, Quartering, Sample, Side, Tessellation, anchored};
 use crate::scene::world::World;
-use crate::transport::gather::{Gather, Lit, rms};
+use crate::transport::gather::{Arrived, Gather, Lit, rms};
 use crate::visibility::Receiver;
 
 /// Where rays tell the light, no flip makes a triangle of less height than this share of its longest edge: what they err by
@@ -56,16 +57,24 @@ pub(crate) struct Display<'a> {
     coarse: usize,
     /// Samples whose indirect light is the mean of their parents'.
     interpolated: Vec<bool>,
+    /// Per [`Light`]: samples at which it ended before anybody looked.
+    guessed: [usize; 2],
 }
 
 impl<'a> Display<'a> {
     /// Gathers the emitters' light.
     ///
-    /// `known`: direct irradiance of the first samples, W/m².
+    /// `known`: direct irradiance of the first samples, W/m². `else_at`: about what arrives where it ended before anybody
+    /// looked.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn new(mesh: DisplayMesh<'a>, known: Vec<DVec3>, gather: &Gather) -> Result<Self, Error> {
+    pub(crate) fn new(
+        mesh: DisplayMesh<'a>,
+        known: Vec<DVec3>,
+        gather: &Gather,
+        else_at: impl Fn(&Receiver) -> DVec3 + Sync,
+    ) -> Result<Self, Error> {
         let mut display = Self {
             mesh,
             direct: Layer::default(),
@@ -73,13 +82,16 @@ impl<'a> Display<'a> {
             fitted: Default::default(),
             coarse: 0,
             interpolated: Vec::new(),
+            guessed: [0; 2],
         };
         display.coarse = display.samples().len();
         let mut irradiance = known;
         let samples = display.samples();
         irradiance.truncate(samples.len());
         let unknown: Vec<usize> = (irradiance.len()..samples.len()).collect();
-        irradiance.extend(gathered(gather, samples, &unknown, &[])?);
+        let (values, guessed) = gathered(gather, samples, &unknown, &[], Some(&else_at))?;
+        irradiance.extend(values);
+        display.guessed[Light::Direct as usize] = guessed;
         display.direct = Layer::new(irradiance);
         display.fit(Light::Direct);
         Ok(display)
@@ -113,7 +125,9 @@ impl<'a> Display<'a> {
     /// Gathers the light of patches. A sample that was made for the emitters' sake gets the mean of its parents where
     /// these are lit alike (the paper, §2.2 and §3.3: evenly lit regions are interpolated).
     ///
-    /// `known`: indirect irradiance of the first samples, W/m². `even`: what counts as alike, W/m² of irradiance.
+    /// `known`: indirect irradiance of the first samples, W/m². `even`: what counts as alike, W/m² of irradiance. `else_at`:
+    /// about what arrives where it ended before anybody looked; where that is not known, samples without parents are waited
+    /// for.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -122,6 +136,7 @@ impl<'a> Display<'a> {
         known: Vec<DVec3>,
         gather: &Gather,
         even: f64,
+        else_at: Option<&(dyn Fn(&Receiver) -> DVec3 + Sync)>,
     ) -> Result<(), Error> {
         let areas = match gather.sources {
             Lit::Sources(_) => Vec::new(),
@@ -142,9 +157,10 @@ impl<'a> Display<'a> {
         let last = generation.iter().copied().max().unwrap_or(0);
         let mut by_generation = vec![Vec::new(); last as usize + 1];
         (first..samples.len()).for_each(|index| by_generation[generation[index] as usize].push(index));
-        // Samples without parents have nothing to fall back on: they are waited for even when the time is up, but not by
-        // somebody who wants none of it.
+        // Where samples without parents have nothing to fall back on, they are waited for even when the time is up, but not
+        // by somebody who wants none of it.
         let patient = Gather { ends: &|| gather.monitor.is_cancelled(), ..*gather };
+        let mut guessed = 0;
         for (generation, members) in by_generation.into_iter().enumerate() {
             let mut uneven = Vec::new();
             for index in members {
@@ -157,11 +173,14 @@ impl<'a> Display<'a> {
                     _ => uneven.push(index),
                 }
             }
-            let gather = if generation == 0 { &patient } else { gather };
-            for (&index, value) in uneven.iter().zip(gathered(gather, samples, &uneven, &areas)?) {
+            let gather = if generation == 0 && else_at.is_none() { &patient } else { gather };
+            let (values, count) = gathered(gather, samples, &uneven, &areas, else_at)?;
+            guessed += count;
+            for (&index, value) in uneven.iter().zip(values) {
                 irradiance[index] = value;
             }
         }
+        self.guessed[Light::Indirect as usize] = guessed;
         self.indirect = Layer::new(irradiance);
         self.interpolated = interpolated;
         self.fit(Light::Indirect);
@@ -181,7 +200,7 @@ impl<'a> Display<'a> {
             (None, None) => false,
         };
         let computed: Vec<usize> = (0..samples.len()).filter(|&index| !is_mean(index)).collect();
-        let arrived = gathered(gather, samples, &computed, &[])?;
+        let (arrived, _) = gathered(gather, samples, &computed, &[], None)?;
         if (gather.ends)() {
             // What was not computed must not pass for darkness.
             return Ok(());
@@ -264,6 +283,11 @@ impl<'a> Display<'a> {
         [direct.clone(), indirect]
     }
 
+    /// Share of the places where light is known that have only a guess of it, since it ended before anybody looked.
+    pub(crate) fn guessed(&self, light: Light) -> f64 {
+        self.guessed[light as usize] as f64 / self.samples().len().max(1) as f64
+    }
+
     /// Leaves, and points of the mesh.
     pub(crate) fn counts(&self) -> [usize; 2] {
         match &self.mesh {
@@ -314,19 +338,26 @@ fn sample_areas(mesh: &impl Refinable) -> Vec<f64> {
     areas
 }
 
-/// The light on the fronts of some samples.
+/// The light on the fronts of some samples, and how many of them were not looked at before it ended.
 ///
-/// `areas`: that each of all samples stands for, m²; may be empty.
+/// `areas`: that each of all samples stands for, m²; may be empty. `else_at`: what is taken then; darkness where nothing is.
 fn gathered(
     gather: &Gather,
     samples: &[Sample],
     wanted: &[usize],
     areas: &[f64],
-) -> Result<Vec<DVec3>, Error> {
+    else_at: Option<&(dyn Fn(&Receiver) -> DVec3 + Sync)>,
+) -> Result<(Vec<DVec3>, usize), Error> {
     let approaches: Vec<_> = wanted.iter().map(|&index| samples[index].approach(Side::Front)).collect();
     let seeds: Vec<u64> = wanted.iter().map(|&index| 2 * index as u64).collect();
     let areas: Vec<f64> = wanted.iter().filter_map(|&index| areas.get(index).copied()).collect();
-    Ok(gather.limits(&approaches, &seeds, &areas)?.into_iter().map(|arrived| arrived.irradiance).collect())
+    let arrived = gather.limits(&approaches, &seeds, &areas)?;
+    let unknown = arrived.iter().filter(|arrived| !arrived.is_known()).count();
+    let value = |(arrived, approach): (&Arrived, &Approach)| match else_at {
+        Some(else_at) if !arrived.is_known() => else_at(&approach.near),
+        _ => arrived.irradiance,
+    };
+    Ok((arrived.par_iter().zip(&approaches).map(value).collect(), unknown))
 }
 
 /// Area of everything that is baked, m².

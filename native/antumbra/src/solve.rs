@@ -9,7 +9,7 @@ use crate::adapt::line_choice::{Lines, WORTH_A_VERTEX};
 use crate::adapt::line_search::LineSearch;
 use crate::adapt::line_sources::{LineSource, mean_brought, secondary_sources};
 use crate::adapt::refinement::{EVEN, Hidden, Refinement};
-use crate::display::{Display, DisplayMesh, baked_area};
+use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
@@ -32,6 +32,7 @@ use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::sources::{Emitters, blockers};
 use crate::verify::{Baked, Verifier};
+use crate::visibility::Receiver;
 use crate::weld::{Bake, weld};
 
 /// Share of the wanted error that refinement for the emitters may leave by its own estimate. Errors add up in quadrature,
@@ -69,6 +70,10 @@ const LEAST_CONTACT: f64 = 1.0 / 64.0;
 /// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
 /// corner of a larger element knows of would be looked for in a few places only.
 const LONGEST_OF_CROWDS: f64 = 8.0;
+
+/// Work of which a bake that was cut short is verified with as much effort as one that was not: who wants it now waits a
+/// second or two for that.
+const MOST_WORK_VERIFIED_AT_ONCE: u64 = 4_000_000;
 
 /// Edge to which triangles are graded where patches look around, in patches.
 const GRADED_TO: f64 = 0.5;
@@ -124,6 +129,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         transport_mode,
         transport: TransportSummary::default(),
         iterations: Vec::new(),
+        warnings: Vec::new(),
         verifier: Verifier::new(&world, settings.verify_points),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
@@ -134,12 +140,13 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let verification = match solver.verifier.take() {
         Some(verifier) => {
             monitor.report(Progress { stage: Stage::Verifying, ..monitor.progress() });
+            let work = form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64;
             let baked = Baked {
                 meshes: &meshes,
                 shown: &solver.shown,
                 emission_is_shown: settings.quantity == Quantity::Radiosity,
                 tolerance: settings.tolerance,
-                work: form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64,
+                work: if solver.is_cut_short() { work.min(MOST_WORK_VERIFIED_AT_ONCE) } else { work },
             };
             verifier.verify(&blockers, &baked, &mut solver.iterations, monitor)?
         }
@@ -166,7 +173,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         timings: Timings { solve_s: start.elapsed().as_secs_f64() },
         timeline: solver.iterations,
         result,
-        warnings: world.warnings.clone(),
+        warnings: world.warnings.iter().chain(&solver.warnings).cloned().collect(),
     };
     if solver.out_of_budget && settings.triangle_budget == 0 {
         report.warnings.push(format!(
@@ -209,6 +216,8 @@ struct Solver<'a> {
     transport_mode: Transport,
     transport: TransportSummary,
     iterations: Vec<Iteration>,
+    /// For the report.
+    warnings: Vec<String>,
     /// Where it is wanted.
     verifier: Option<Verifier<'a>>,
 }
@@ -233,14 +242,17 @@ impl<'a> Solver<'a> {
                 least_area: 0.5 * (GRADED_TO * patches.patch_size).powi(2),
             });
         }
-        let coarse = patches.mesh.clone();
+        // The discontinuity methods start from the faces.
+        let coarse =
+            matches!(self.settings.method, Method::Uniform | Method::As).then(|| patches.mesh.clone());
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
         self.begin(Stage::Lines);
         let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
         let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
-        let mut display = Display::new(mesh, known, &gather)?;
+        let mut display = Display::new(mesh, known, &gather, |place| exchange.about(Light::Direct, place))?;
+        self.guess(&display, Light::Direct, exchange.knows_all());
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
         self.record(&display, &exchange);
 
@@ -276,7 +288,11 @@ impl<'a> Solver<'a> {
                 self.record_at(&display, 0.0, 0);
             }
             Solution::Looking(looking) => {
-                looking.solve(&display);
+                if ends() {
+                    looking.settle();
+                } else {
+                    looking.solve(&display);
+                }
                 self.record_at(&display, 0.0, 0);
             }
             Solution::Shooting(shooting) => {
@@ -302,7 +318,10 @@ impl<'a> Solver<'a> {
         let hidden =
             patches.as_ref().map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
         let known = exchange.indirect_at(shared_samples(&display.mesh));
-        display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
+        let about = |place: &Receiver| exchange.about(Light::Indirect, place);
+        let else_at = exchange.knows_all().then_some(&about as &(dyn Fn(&Receiver) -> DVec3 + Sync));
+        display.light_indirectly(known, &gather, EVEN * wanted_error / brightest, else_at)?;
+        self.guess(&display, Light::Indirect, exchange.knows_all());
         self.record(&display, &exchange);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
@@ -384,17 +403,17 @@ impl<'a> Solver<'a> {
         PatchMesh { mesh, elements, patch_size: sizes.patch }
     }
 
-    /// The mesh that the method starts from.
+    /// The mesh that the method starts from: `coarse`, or where there is none the faces, cut along lines.
     fn display_mesh(
         &mut self,
-        coarse: Mesh,
+        coarse: Option<Mesh>,
         sizes: Sizes,
         exchange: &Solution,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<DisplayMesh<'a>, Error> {
         let limit = u8::try_from(self.settings.max_level).unwrap_or(u8::MAX);
         let world = self.world;
-        if matches!(self.settings.method, Method::Adm | Method::Dm) {
+        let Some(mut mesh) = coarse else {
             let lines = self.lines(exchange, ends)?;
             // Bisecting twice does what quartering does once.
             let deepest = limit.saturating_mul(2);
@@ -406,8 +425,7 @@ impl<'a> Solver<'a> {
             mesh.longest_edge = if self.settings.element_size > 0.0 { sizes.element } else { f64::INFINITY };
             mesh.bisect_to(sizes.element, self.settings.triangle_limit(mesh.live), ends);
             return Ok(DisplayMesh::Tessellated(mesh));
-        }
-        let mut mesh = coarse;
+        };
         let shared_samples = mesh.samples.len();
         let levels = subdivide_to(&mut mesh, world, sizes.element);
         let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
@@ -495,11 +513,16 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// Whether it ended before it was done.
+    fn is_cut_short(&self) -> bool {
+        ends(self.monitor, self.deadline)
+    }
+
     /// Why it ended.
     fn ended_by(&self) -> &'static str {
         if self.monitor.wants_end() {
             "stopped"
-        } else if ends(self.monitor, self.deadline) {
+        } else if self.is_cut_short() {
             "time_limit"
         } else if self.out_of_budget && self.settings.triangle_budget == 0 {
             "refinement_limit"
@@ -507,6 +530,26 @@ impl<'a> Solver<'a> {
             "triangle_budget"
         } else {
             "converged"
+        }
+    }
+
+    /// Tells the user where light was not looked for.
+    fn guess(&mut self, display: &Display, light: Light, from_patches: bool) {
+        let share = display.guessed(light);
+        if share > 0.0 {
+            let name = match light {
+                Light::Direct => "light of emitters",
+                Light::Indirect => "indirect light",
+            };
+            let shown = if from_patches {
+                "they show what their patches get, without finer shadows"
+            } else {
+                "they show none of it"
+            };
+            self.warnings.push(format!(
+                "it ended before the {name} was looked for at {:.0} % of the vertices: {shown}",
+                (100.0 * share).max(1.0)
+            ));
         }
     }
 

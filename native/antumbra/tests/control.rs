@@ -40,6 +40,7 @@ fn quick() -> Settings {
 }
 
 const TRANSPORTS: [Transport; 2] = [Transport::Shooting, Transport::Hierarchical];
+const ALL_TRANSPORTS: [Transport; 3] = [Transport::Shooting, Transport::Hierarchical, Transport::Rays];
 
 /// Bakes on one thread while `watch` sees every snapshot that another thread catches.
 fn watched(settings: &Settings, mut watch: impl FnMut(&Monitor, Progress)) -> (Result<Bake, Error>, Monitor) {
@@ -125,10 +126,31 @@ fn stopped_while_it_shoots_it_has_some_light() {
     assert!(common::baked::all_light(&stopped).any(|light| light.min_element() > 0.1));
 }
 
+/// Light is not waited for at every vertex: where nobody looked, a vertex has that of its patch, and the report says so.
+#[test]
+fn stopped_before_light_was_looked_for_all_is_lit_by_patches() {
+    let settings = Settings { transport: Transport::Rays, ..endless() };
+    let (result, _) = watched(&settings, |monitor, progress| {
+        if !matches!(progress.stage, Stage::Preparing | Stage::Linking) {
+            monitor.stop();
+        }
+    });
+    let stopped = result.expect("stopping is no failure");
+    assert_eq!(stopped.report.result.ended_by, "stopped");
+    assert_sound(&room().input, &stopped);
+    assert!(stopped.report.warnings.iter().any(|warning| warning.contains("what their patches get")));
+    // Nothing in the room lies in the dark; without what is reflected, the ceiling around the lamp would.
+    let light: Vec<f64> = common::baked::all_light(&stopped).map(DVec3::min_element).collect();
+    let mean = light.iter().sum::<f64>() / light.len() as f64;
+    let darkest = light.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(darkest > 0.02 * mean, "{darkest} where the mean is {mean}");
+}
+
 #[test]
 fn a_time_limit_ends_it() {
     let scene = room();
-    for (method, transport) in METHODS.into_iter().flat_map(|method| TRANSPORTS.map(|way| (method, way))) {
+    for (method, transport) in METHODS.into_iter().flat_map(|method| ALL_TRANSPORTS.map(|way| (method, way)))
+    {
         let settings = Settings { method, transport, ..quick() };
         let bake = scene.bake(&Settings { time_limit: 1e-9, ..settings.clone() });
         assert_eq!(bake.report.result.ended_by, "time_limit");

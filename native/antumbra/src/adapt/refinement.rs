@@ -10,6 +10,7 @@
 //! [`crate::mesh::Tessellation`] bisects its worst edge and flips edges where that lowers the error.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::adapt::patch_light::PatchLight;
@@ -351,11 +352,19 @@ impl Refinement<'_> {
                     || self.squared_error_within(mesh, layer, leaf) >= WORTH_TESTING * self.allowed;
             }
             Hidden::Shadows => {
+                let Some(sources) = self.gather.sources.sources() else { return false };
                 let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));
+                // Of many lamps, most are too far away.
+                let middle = receivers.iter().map(|receiver| receiver.position).sum::<DVec3>() / 3.0;
+                let reach = receivers.iter().map(|r| r.position.distance(middle)).fold(0.0, f64::max);
+                let from_sky = sources.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.brightest(&receivers));
+                let most = sources.most_to(middle, reach) + from_sky;
+                if share(self.in_wanted_errors(leaf, most)) < WORTH_SEARCHING {
+                    return false;
+                }
                 let brightest = |polygon| {
                     receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max)
                 };
-                let Some(sources) = self.gather.sources.sources() else { return false };
                 let most: DVec3 = sources.roots().map(|(polygon, sent)| brightest(polygon) * sent).sum();
                 most + sources.brightest_beyond(&receivers)
             }
@@ -371,10 +380,11 @@ impl Refinement<'_> {
         leaves: &[ElementId],
     ) -> Result<(), Error> {
         let mut wanted = Vec::new();
-        for &element in leaves {
-            let Some(leaf) = mesh.leaf(element).filter(|leaf| self.is_suspect(mesh, layer, leaf)) else {
-                continue;
-            };
+        let suspect: Vec<bool> = (leaves.par_iter())
+            .map(|&element| mesh.leaf(element).is_some_and(|leaf| self.is_suspect(mesh, layer, &leaf)))
+            .collect();
+        for (&element, _) in leaves.iter().zip(suspect).filter(|(_, suspect)| *suspect) {
+            let Some(leaf) = mesh.leaf(element) else { continue };
             for (k, edge) in leaf.edges().into_iter().enumerate() {
                 if !layer.middles.contains_key(&edge) {
                     wanted.push(Unknown { edge, middle: mesh.middle(element, k), area: leaf.area / 3.0 });

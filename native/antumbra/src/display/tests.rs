@@ -142,8 +142,8 @@ fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
         wanted_error: wanted,
         ends: &|| false,
     };
-    let mut display =
-        Display::new(DisplayMesh::Tessellated(mesh), Vec::new(), &gather()).expect("not cancelled");
+    let mut display = Display::new(DisplayMesh::Tessellated(mesh), Vec::new(), &gather(), |_| DVec3::ZERO)
+        .expect("not cancelled");
     let refinement = Refinement {
         world,
         gather: gather(),

@@ -227,6 +227,14 @@ impl Mesh {
         self.triangles += 1;
     }
 
+    /// Forgets what only subdividing it further would need, most of its memory: what lies beside what, and its samples.
+    pub(crate) fn settle(&mut self) {
+        self.samples = Vec::new();
+        self.vertex_midpoints = FxHashMap::default();
+        self.sample_midpoints = FxHashMap::default();
+        self.edge_elements = FxHashMap::default();
+    }
+
     pub(crate) fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.index()]
     }

@@ -12,7 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::adapt::patch_light::{PatchIrradiance, PatchLight};
-use crate::display::Display;
+use crate::display::{Display, Light};
 use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::mesh::coarse::cut_into_patches;
@@ -29,7 +29,7 @@ use crate::transport::patches::received;
 use crate::transport::rows::{Around, Rows};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
-use crate::visibility::blockers::Blockers;
+use crate::visibility::blockers::{Blockers, Hit};
 use crate::visibility::{ConvexPolygon, Receiver, grey};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
@@ -47,6 +47,12 @@ const EARLY: usize = 32;
 
 /// A pocket gets less than this share of its light early, relative to the scene as a whole.
 const LATE: f64 = 0.25;
+
+/// Height, of the scene's size, from which the patch that a place is on is looked for: above the rounding of its polygon.
+const ABOVE: f64 = 1e-6;
+
+/// How much farther than that it may be, since facets lie below what they round off.
+const FARTHEST_BELOW: f64 = 1e3;
 
 /// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
 /// the way out of. More is no gap.
@@ -111,8 +117,9 @@ impl<'a> Looking<'a> {
         patches: PatchMesh,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
-        let PatchMesh { mesh, elements, .. } = patches;
+        let PatchMesh { mut mesh, elements, .. } = patches;
         let patches = Sources::new(world, &mesh, &elements);
+        mesh.settle();
         let through = |patch: &Patch| world.transmittance(mesh.element(patch.elements[0]).face);
         let stops = patches.patches.iter().map(|patch| 1.0 - grey(through(patch))).collect();
         let blocking: Vec<u32> = (patches.patches.iter().enumerate())
@@ -126,7 +133,7 @@ impl<'a> Looking<'a> {
         let tree = Blockers::new(polygons, transmittances, world.diagonal);
         let around =
             Around { patches: &patches, tree: &tree, blocking: &blocking, sky: emitters.around.as_ref() };
-        let rows = Rows::look_around(around, monitor)?;
+        let rows = Rows::look_around(around, monitor, ends)?;
         let mut this = Self {
             world,
             settings,
@@ -273,6 +280,36 @@ impl<'a> Looking<'a> {
             return 0.0;
         }
         (1.0 - self.mean_of(&self.direct) / self.mean_shown).clamp(0.0, 1.0)
+    }
+
+    /// Leaves it at the first estimate: its time is up.
+    pub(crate) fn settle(&mut self) {
+        self.solved = true;
+    }
+
+    /// About what arrives at a place on a surface: what its patch gets, W/m². The sky counts as a surface here.
+    pub(crate) fn about(&self, light: Light, place: &Receiver) -> DVec3 {
+        let Some(hit) = self.below(place) else { return DVec3::ZERO };
+        let side = 2 * self.blocking[hit.polygon as usize] as usize + usize::from(!hit.front);
+        match light {
+            Light::Direct => self.direct[side] - self.rows.from_sky[side],
+            Light::Indirect => self.rows.reflected(side, &self.radiosity) + self.rows.from_sky[side],
+        }
+    }
+
+    /// The patch that a place is on, by its number among those that block. In a corner the surface goes on to one side only,
+    /// and by rounding a ray may pass where it ends.
+    fn below(&self, place: &Receiver) -> Option<Hit> {
+        let height = ABOVE * self.tree.diagonal();
+        let (x, y) = place.normal.any_orthonormal_pair();
+        let around = (0..8).map(|k| {
+            let (sine, cosine) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
+            height * (cosine * x + sine * y)
+        });
+        std::iter::once(DVec3::ZERO).chain(around).find_map(|beside| {
+            let above = place.position + height * place.normal + beside;
+            self.tree.first_hit_within(above, -place.normal, FARTHEST_BELOW * height)
+        })
     }
 
     /// What surfaces reflect.

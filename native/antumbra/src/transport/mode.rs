@@ -3,12 +3,14 @@
 use glam::DVec3;
 
 use crate::adapt::patch_light::PatchLight;
+use crate::display::Light;
 use crate::report::TransportSummary;
 use crate::transport::gather::Reflected;
 use crate::transport::hierarchical::Hierarchical;
 use crate::transport::looking::Looking;
 use crate::transport::secondary::Reflector;
 use crate::transport::shooting::Shooting;
+use crate::visibility::Receiver;
 
 /// A solution on its way.
 pub(crate) enum Solution<'a> {
@@ -50,6 +52,19 @@ impl Solution<'_> {
         match self {
             Self::Shooting(shooting) => shooting.indirect_at(samples),
             Self::Hierarchical(_) | Self::Looking(_) => Vec::new(),
+        }
+    }
+
+    /// Whether it can tell about what arrives anywhere, from its patches.
+    pub(crate) fn knows_all(&self) -> bool {
+        matches!(self, Self::Looking(_))
+    }
+
+    /// About what arrives at a place on a surface: what its patch gets, W/m²; nothing where that is not known.
+    pub(crate) fn about(&self, light: Light, place: &Receiver) -> DVec3 {
+        match self {
+            Self::Shooting(_) | Self::Hierarchical(_) => DVec3::ZERO,
+            Self::Looking(looking) => looking.about(light, place),
         }
     }
 

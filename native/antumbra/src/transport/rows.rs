@@ -52,11 +52,15 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Sends rays from all that is shown, then from all that these meet, and so on.
+    /// Sends rays from all that is shown, then from all that these meet, and so on, or until it ends.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(super) fn look_around(around: Around, monitor: &Monitor) -> Result<Self, Error> {
+    pub(super) fn look_around(
+        around: Around,
+        monitor: &Monitor,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self, Error> {
         let patches = around.patches;
         let area = |side: usize| patches.area(SourceId::new(side));
         let hemispheres: Vec<Directions> = (FEWEST..=MOST).map(Directions::square).collect();
@@ -85,6 +89,9 @@ impl Rows {
             let mut next = Vec::new();
             for part in wave.chunks(AT_ONCE) {
                 monitor.check()?;
+                if ends() {
+                    return Ok(rows);
+                }
                 let met: Vec<(Vec<u32>, [DVec3; 2])> = (part.par_iter())
                     .map(|&side| look(around, side as usize, directions(side as usize)))
                     .collect();
