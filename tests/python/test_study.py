@@ -10,8 +10,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from tests.study.growth import exponent
 from tests.study.lookup import Surface
-from tests.study.scale_tables import exponent
 from tests.study.statistics_of_error import at_error, relative_error
 from tests.study.tables import cycles_table, equal_error_table, paper_table
 
