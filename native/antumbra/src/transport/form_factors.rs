@@ -428,11 +428,15 @@ impl FormFactors<'_> {
         start..narrowed.len() as u32
     }
 
-    /// What places bring to each receiver of a cluster, by one ray each: per area of one of them, 1/m².
+    /// What places bring to each receiver of a cluster, by one ray each, as discs of the area that each stands for
+    /// (Wallace, Elmquist, Haines 1989): however near one is, it sends no more than the whole hemisphere can.
+    ///
+    /// `area`: of one of them, m².
     pub(crate) fn of_representatives(
         &self,
         at: Clustered,
         places: &[(DVec3, DVec3)],
+        area: f64,
         mut found: impl FnMut(usize, Found),
     ) {
         let mut rays = 0;
@@ -442,12 +446,12 @@ impl FormFactors<'_> {
             for &(place, facing) in places {
                 let to = place - position;
                 let distance2 = to.length_squared();
-                let kernel = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0)
-                    / (std::f64::consts::PI * distance2 * distance2);
-                if kernel > 0.0 {
+                let cosines = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0) / distance2;
+                if cosines > 0.0 {
                     rays += 1;
-                    open += kernel;
-                    value += kernel * self.blockers.between(position, place);
+                    let form_factor = area * cosines / (std::f64::consts::PI * distance2 + area);
+                    open += form_factor;
+                    value += form_factor * self.blockers.between(position, place);
                 }
             }
             if open > 0.0 {
