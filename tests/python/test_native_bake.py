@@ -32,6 +32,7 @@ def test_shapes_and_types(bake: antumbra_native.Bake) -> None:
         "corner_barycentric": ((t, 3, 3), np.float64),
         "source_edge": ((t, 3), np.int8),
         "corner_radiance": ((t, 3, 3), np.float32),
+        "corner_error": ((t, 3), np.float32),
     }
     assert {name: (getattr(mesh, name).shape, getattr(mesh, name).dtype) for name in wanted} == wanted
 

@@ -14,6 +14,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use crate::MEMORY;
 use crate::bake::{Bake, list_of_meshes};
 use crate::detach::leave_python;
 use crate::errors::{SolverPanicError, to_python};
@@ -67,8 +68,14 @@ impl Job {
 /// Panics end here: unwinding into the interpreter would take Blender down with the user's unsaved work.
 fn solve_caught(scene: &SceneInput, settings: &Settings, monitor: &Monitor) -> Outcome {
     // Nothing of the scene is read again after a panic, so no half-changed state can be seen.
+    // A cancelled bake that has not noticed yet counts too.
+    MEMORY.reset_peak_usage();
+    let before = MEMORY.current_usage();
     match catch_unwind(AssertUnwindSafe(|| antumbra::solve::bake(scene, settings, monitor))) {
-        Ok(Ok(bake)) => Outcome::Baked(Box::new(bake)),
+        Ok(Ok(mut bake)) => {
+            bake.report.memory.peak_bytes = Some(MEMORY.peak_usage().saturating_sub(before) as u64);
+            Outcome::Baked(Box::new(bake))
+        }
         Ok(Err(error)) => Outcome::Refused(error),
         Err(payload) => Outcome::Panicked(panic_message(payload.as_ref())),
     }

@@ -53,6 +53,30 @@ pub struct Anyway {
     pub open_visibility: bool,
     /// What lies at the outside of everything is tested for hiding a source.
     pub outer_faces: bool,
+    /// What may come between is looked for even where everything lies at the outside.
+    pub occlusion: bool,
+    /// Shadow boundaries are looked for even there.
+    pub shadow_lines: bool,
+    /// Groups of points are put to sources that they face away from.
+    pub facing_away: bool,
+    /// Surfaces exchange light however little that is.
+    pub second_bounce: bool,
+    /// Light is gathered again however little the exchange was corrected.
+    pub correction: bool,
+}
+
+impl Anyway {
+    /// Nothing is left out.
+    pub const EVERYTHING: Self = Self {
+        reflection: true,
+        open_visibility: true,
+        outer_faces: true,
+        occlusion: true,
+        shadow_lines: true,
+        facing_away: true,
+        second_bounce: true,
+        correction: true,
+    };
 }
 
 /// Settings of one bake.

@@ -1,5 +1,6 @@
 //! The driver: the only place that loops over stages.
 
+use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -9,7 +10,7 @@ use crate::adapt::line_choice::{Lines, WORTH_A_VERTEX};
 use crate::adapt::line_search::LineSearch;
 use crate::adapt::line_sources::{LineSource, mean_brought, secondary_sources};
 use crate::adapt::refinement::{EVEN, Hidden, Refinement};
-use crate::display::{Display, DisplayMesh, baked_area};
+use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
@@ -18,7 +19,8 @@ use crate::mesh::{Cutting, Grading, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
 use crate::report::{
-    Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, TransportSummary, VisibilitySummary,
+    Iteration, LineSummary, Memory, Report, ResultSummary, SceneSummary, Timings, TransportSummary,
+    VisibilitySummary,
 };
 use crate::scene::SceneInput;
 use crate::scene::world::World;
@@ -105,7 +107,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if settings.anyway.open_visibility {
         blockers.take_everything();
     }
-    let form_factors = FormFactors::new(&blockers);
+    let form_factors = FormFactors::new(&blockers, plan.shortcuts());
     monitor.check()?;
     let mut solver = Solver {
         input,
@@ -123,14 +125,18 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         plan,
         transport_mode,
         transport: TransportSummary::default(),
-        iterations: Vec::new(),
-        verifier: Verifier::new(&world, settings.verify_points),
+        iterations: RefCell::default(),
+        estimate: Cell::default(),
+        mean_shown: Cell::default(),
+        verifier: RefCell::new(Verifier::new(&world, settings.verify_points)),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
-    let meshes = weld(input, &world, &display, &display.layers(indirect_scale), settings);
+    let errors = solver.relative_errors(&display);
+    let meshes = weld(input, &world, &display, &display.layers(indirect_scale), &errors, settings);
     monitor.check()?;
+    let mut iterations = solver.iterations.take();
     let verification = match solver.verifier.take() {
         Some(verifier) => {
             monitor.report(Progress { stage: Stage::Verifying, ..monitor.progress() });
@@ -141,7 +147,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
                 tolerance: settings.tolerance,
                 work: form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64,
             };
-            verifier.verify(&blockers, &baked, &mut solver.iterations, monitor)?
+            verifier.verify(&blockers, &baked, &mut iterations, monitor)?
         }
         None => None,
     };
@@ -153,8 +159,9 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         unshot,
         lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
         transport: solver.transport.clone(),
-        plan: solver.plan.left_out(&visibility),
+        plan: solver.plan.left_out(&visibility, &form_factors),
         visibility,
+        estimated_error: iterations.last().and_then(|last| last.estimated),
         verification,
     };
     let mut report = Report {
@@ -164,7 +171,8 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
             lights: emitters.lights,
         },
         timings: Timings { solve_s: start.elapsed().as_secs_f64() },
-        timeline: solver.iterations,
+        memory: Memory::default(),
+        timeline: iterations,
         result,
         warnings: world.warnings.clone(),
     };
@@ -208,9 +216,13 @@ struct Solver<'a> {
     /// Never left to the solver.
     transport_mode: Transport,
     transport: TransportSummary,
-    iterations: Vec<Iteration>,
+    iterations: RefCell<Vec<Iteration>>,
+    /// Per [`Light`]: the integral of the squared error that refinement estimates, W²/m².
+    estimate: Cell<[Option<f64>; 2]>,
+    /// What errors are relative to, as far as it is known, W/m².
+    mean_shown: Cell<f64>,
     /// Where it is wanted.
-    verifier: Option<Verifier<'a>>,
+    verifier: RefCell<Option<Verifier<'a>>>,
 }
 
 impl<'a> Solver<'a> {
@@ -257,16 +269,27 @@ impl<'a> Solver<'a> {
                 refinement.triangle_budget -=
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
-            let held_back = display.refine_for_emitters(&refinement)?;
+            let held_back = display.refine(Light::Direct, &refinement, |display, error| {
+                self.estimate.set([Some(error), None]);
+                self.record(display, &exchange);
+            })?;
             // What is kept for the patches' light is not out of budget.
-            self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
+            let out_of_budget = held_back && refinement.triangle_budget == self.triangle_limit;
+            self.out_of_budget |= out_of_budget;
         }
-
-        self.record(&display, &exchange);
 
         if !self.plan.exchanges() {
             self.transport = exchange.summary();
             return Ok((display, DVec3::ONE, 0.0));
+        }
+        if let Solution::Hierarchical(hierarchical) = &exchange
+            && let most = hierarchical.most_reflected(&display)
+            && self.plan.leaves_out_second_bounce(most / wanted_error)
+        {
+            self.estimate.set([self.estimate.get()[0], Some(most * most * baked_area(self.world))]);
+            self.record(&display, &exchange);
+            self.transport = exchange.summary();
+            return Ok((display, DVec3::ONE, exchange.remaining()));
         }
 
         // Patches exchange what they reflect
@@ -299,24 +322,29 @@ impl<'a> Solver<'a> {
         let gather = self.gather(reflected.lit(), wanted_error, &ends);
         let patches = exchange.patch_light();
         let mean_radiosity = wanted_error / self.settings.tolerance;
-        let hidden = patches
-            .as_ref()
-            .map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
+        let hidden =
+            patches.as_ref().map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
-            self.out_of_budget |= display.refine_for_patches(&refinement)?;
+            let held_back = display.refine(Light::Indirect, &refinement, |display, error| {
+                self.estimate.set([self.estimate.get()[0], Some(error)]);
+                self.record(display, &exchange);
+            })?;
+            self.out_of_budget |= held_back;
         }
         if let Solution::Hierarchical(hierarchical) = &mut exchange
             && !ends()
         {
             // The mesh now knows more of the light than the links that it came over
-            hierarchical.correct(&display);
-            let lit = hierarchical.lit();
-            display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
+            let bound = hierarchical.correct(&display) / hierarchical.wanted_error();
+            if !self.plan.leaves_out_correction(bound) {
+                let lit = hierarchical.lit();
+                display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
+            }
         }
         self.record(&display, &exchange);
         self.transport = exchange.summary();
@@ -401,7 +429,8 @@ impl<'a> Solver<'a> {
             let deepest = limit.saturating_mul(2);
             // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
             let lines = lines.worthwhile(self.settings.triangle_limit(world.faces.len()) / 5);
-            let (mut mesh, cutting) = tessellate(world, &lines, |face| world.receives(face), deepest, sizes.grading);
+            let (mut mesh, cutting) =
+                tessellate(world, &lines, |face| world.receives(face), deepest, sizes.grading);
             self.cutting = cutting;
             mesh.longest_edge = if self.settings.element_size > 0.0 { sizes.element } else { f64::INFINITY };
             mesh.bisect_to(sizes.element, self.settings.triangle_limit(mesh.live), ends);
@@ -447,6 +476,9 @@ impl<'a> Solver<'a> {
         let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
         let receives = |face| world.receives(face);
         let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
+        if !self.plan.looks_for_shadows() {
+            return Ok(lines);
+        }
         let panels = self.emitters.tree.lamps.iter().filter_map(Lamp::panel);
         let lit = self.emitters.polygons.iter().cloned().chain(panels);
         let emitters: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
@@ -517,19 +549,41 @@ impl<'a> Solver<'a> {
 
     /// Shows the mesh with the light found so far to a caller who asked for it.
     fn show(&self, display: &Display) {
-        let welded = || weld(self.input, self.world, display, &display.layers(DVec3::ONE), self.settings);
+        let welded =
+            || weld(self.input, self.world, display, &display.layers(DVec3::ONE), &[], self.settings);
         self.monitor.show(welded);
     }
 
     /// Records a stage, and keeps its mesh where it is to be verified.
-    fn record(&mut self, display: &Display, exchange: &Solution) {
+    fn record(&self, display: &Display, exchange: &Solution) {
+        self.mean_shown.set(exchange.wanted_error() / self.settings.tolerance);
         self.record_at(display, exchange.remaining(), exchange.shots());
-        if let Some(verifier) = &mut self.verifier {
-            verifier.watch(display, exchange.closing_factor(), self.iterations.len());
+        let mut iterations = self.iterations.borrow_mut();
+        if let Some(last) = iterations.last_mut() {
+            last.estimated = self.estimated();
+        }
+        if let Some(verifier) = &mut *self.verifier.borrow_mut() {
+            verifier.watch(display, exchange.closing_factor(), iterations.len());
         }
     }
 
-    fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {
+    /// The error by what refinement estimates of all light that is looked at, relative to the mean radiosity.
+    fn estimated(&self) -> Option<f64> {
+        let [direct, indirect] = self.estimate.get();
+        let indirect = if self.plan.exchanges() { indirect } else { Some(0.0) };
+        let error = ((direct? + indirect?) / baked_area(self.world)).sqrt() / self.mean_shown.get();
+        error.is_finite().then_some(error)
+    }
+
+    /// The same per sample, of the elements around it.
+    fn relative_errors(&self, display: &Display) -> Vec<f64> {
+        let mut errors = display.errors(self.world, &self.shown);
+        let scale = if self.mean_shown.get() > 0.0 { 1.0 / self.mean_shown.get() } else { 0.0 };
+        errors.iter_mut().for_each(|error| *error *= scale);
+        errors
+    }
+
+    fn record_at(&self, display: &Display, unshot: f64, shots: usize) {
         self.show(display);
         let [elements, vertices] = display.counts();
         let iteration = Iteration {
@@ -539,6 +593,7 @@ impl<'a> Solver<'a> {
             vertices,
             unshot,
             error: None,
+            estimated: None,
         };
         // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
         // what is still to come may rise; a progress bar must not fall.
@@ -551,7 +606,7 @@ impl<'a> Solver<'a> {
             elements: iteration.elements,
             unshot,
         });
-        self.iterations.push(iteration);
+        self.iterations.borrow_mut().push(iteration);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Developer tasks: `cargo xtask bake | test | extension | study | figure | tutorial`.
+//! Developer tasks: `cargo xtask bake | test | extension | study | plan | figure | tutorial`.
 //!
 //! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
 //!
@@ -18,6 +18,7 @@ mod failure;
 mod figure;
 mod files;
 mod host;
+mod plan;
 mod progress;
 mod study;
 mod summary;
@@ -48,6 +49,8 @@ enum Task {
     Extension(extension::Options),
     /// Measure size, time and error of the methods on several scenes against a path tracer.
     Study(study::Options),
+    /// Measure what the plan's switches save.
+    Plan,
     /// Take the pictures of addon/manual/tutorial.md in Blender's window.
     Tutorial(tutorial::Options),
     /// Draw two methods side by side, meshes above, light below.
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Task::Test(options) => test::run(&options),
         Task::Extension(options) => extension::run(&options),
         Task::Study(options) => study::run(&options),
+        Task::Plan => plan::run(),
         Task::Figure(options) => figure::run(&options),
         Task::Tutorial(options) => tutorial::run(&options),
     };

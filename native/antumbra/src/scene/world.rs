@@ -58,6 +58,8 @@ pub(crate) struct World {
     /// All other lights, moved as well.
     pub(crate) lamps: Vec<LampInput>,
     pub(crate) sky: Option<SkyInput>,
+    /// Where the frame's origin is in the scene.
+    pub(crate) origin: DVec3,
     /// Diagonal of the bounding box of all surfaces and lights.
     pub(crate) diagonal: f64,
     pub(crate) warnings: Vec<String>,
@@ -86,6 +88,7 @@ impl World {
             lights: input.lights.clone(),
             lamps: input.lamps.clone(),
             sky: input.sky.clone(),
+            origin: DVec3::ZERO,
             diagonal: 0.0,
             warnings: Vec::new(),
         };
@@ -152,6 +155,7 @@ impl World {
             return;
         }
         let centre = 0.5 * (low + high);
+        self.origin = centre;
         self.diagonal = (high - low).length();
         self.vertices.iter_mut().for_each(|p| *p -= centre);
         self.lights.iter_mut().flat_map(|l| &mut l.outline).for_each(|p| *p -= centre);
