@@ -70,7 +70,7 @@ def test_every_vertex_lies_where_its_source_triangle_says(bake: antumbra_native.
 
 def test_report_is_json(bake: antumbra_native.Bake) -> None:
     report = json.loads(bake.report)
-    assert set(report) == {"scene", "timings", "timeline", "result", "warnings"}
+    assert set(report) == {"scene", "timings", "memory", "timeline", "result", "warnings"}
     assert report["scene"]["objects"] == 2
     assert report["result"]["triangles"] == len(bake.meshes[0].triangles)
     assert report["result"]["vertices"] == len(bake.meshes[0].positions)
