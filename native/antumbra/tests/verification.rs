@@ -381,6 +381,8 @@ fn nineteen_of_twenty_intervals_hold_the_error() {
         below += i32::from(error < low);
         print(&format!("{bake_number}: known to be {:.2} %", 100.0 * error), &bake);
     }
-    println!("{held} of 200 held the error, {below} lay above it, {above} below it; {held_bias} held the bias");
+    println!(
+        "{held} of 200 held the error, {below} lay above it, {above} below it; {held_bias} held the bias"
+    );
     assert!(held >= 190, "{held} of 200");
 }

@@ -237,7 +237,7 @@ impl<'a> Hierarchical<'a> {
 
     /// Corrects what links get wrong by what the display mesh was found to receive of the light as it was.
     ///
-    /// Returns a bound of the rms of what that changes of the light that is shown, W/m².
+    /// Returns a bound of the rms of what that changes of the light that is shown, W/m²; none where all light is kept.
     pub(crate) fn correct(&mut self, display: &Display) -> f64 {
         let mut received = vec![Received::NOTHING; self.hierarchy.nodes.len()];
         self.spread(display, Light::Indirect, &mut received);
@@ -246,6 +246,10 @@ impl<'a> Hierarchical<'a> {
             .collect();
         let changed = self.system.correct(&self.hierarchy, &self.links.links, found);
         self.take_over_solution();
+        if self.system.keeps_all() {
+            // None of it may get lost, however little that is.
+            return f64::INFINITY;
+        }
         // No more arrives in square than is sent (the exchange is symmetric, and no sum of form factors exceeds 1).
         self.brightest_shown() * changed / baked_area(self.world).sqrt()
     }

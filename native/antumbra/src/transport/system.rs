@@ -166,6 +166,11 @@ impl System {
         self.reflectance.iter().zip(self.irradiance()).map(|(rho, h)| *rho * h).collect()
     }
 
+    /// Whether all that emitters send stays in one closed space.
+    pub(crate) fn keeps_all(&self) -> bool {
+        self.emitted.is_some()
+    }
+
     /// |absorbed - emitted| / emitted, the worst of the channels, where no light leaves the space that it is sent into.
     pub(crate) fn imbalance(&self) -> Option<f64> {
         let emitted = self.emitted?;
