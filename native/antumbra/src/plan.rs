@@ -15,8 +15,7 @@ use crate::visibility::ConvexPolygon;
 /// and nothing that shallow sends light along it that could be noticed.
 const IN_PLANE: f64 = 1e-6;
 
-/// What leaving out the light of a second bounce, or what it was corrected by, may add to the rms error each, at most, in
-/// wanted errors. What refinement leaves is 0.4 for each kind of light, so that all of it stays below one.
+/// What leaving out the light of a second bounce may add to the rms error, at most, in wanted errors. What refinement leaves is 0.4 for each kind of light, so that all of it stays below one.
 const SLIGHT: f64 = 0.2;
 
 /// What is left out of a bake.
@@ -31,7 +30,6 @@ pub(crate) struct Plan {
     nothing_hides: bool,
     /// What leaving it out may add to the rms error, in wanted errors, where it was.
     second_bounce: Option<f64>,
-    correction: Option<f64>,
 }
 
 impl Plan {
@@ -51,7 +49,7 @@ impl Plan {
         let outer_faces =
             if anyway.outer_faces { vec![false; blockers.len()] } else { outer_faces(world, blockers) };
         let nothing_hides = outer_faces.iter().all(|&outer| outer) && !anyway.open_visibility;
-        Self { anyway, no_reflection, outer_faces, nothing_hides, second_bounce: None, correction: None }
+        Self { anyway, no_reflection, outer_faces, nothing_hides, second_bounce: None }
     }
 
     /// What form factors need not look at.
@@ -73,14 +71,6 @@ impl Plan {
     pub(crate) fn leaves_out_second_bounce(&mut self, bound: f64) -> bool {
         self.second_bounce = (bound <= SLIGHT && !self.anyway.second_bounce).then_some(bound);
         self.second_bounce.is_some()
-    }
-
-    /// Whether what the exchange was corrected by is too little to be gathered.
-    ///
-    /// `bound`: of the rms of what that would bring, in wanted errors.
-    pub(crate) fn leaves_out_correction(&mut self, bound: f64) -> bool {
-        self.correction = (bound <= SLIGHT && !self.anyway.correction).then_some(bound);
-        self.correction.is_some()
     }
 
     /// Whether surfaces are to exchange what they reflect.
@@ -171,28 +161,14 @@ impl Plan {
                 ),
             });
         }
-        let bounded = |name, what, reason: &str, bound: Option<f64>| {
-            bound.map(|bound| LeftOut {
-                name,
-                what,
-                reason: reason.to_owned(),
-                kind: Kind::Bounded,
-                bound,
-                saved: "all of it".to_owned(),
-            })
-        };
-        all.extend(bounded(
-            "second_bounce",
-            "the exchange of light between surfaces",
-            "what they reflect is too little to be noticed",
-            self.second_bounce,
-        ));
-        all.extend(bounded(
-            "correction",
-            "gathering the light of surfaces a second time",
-            "its correction is too little to be noticed",
-            self.correction,
-        ));
+        all.extend(self.second_bounce.map(|bound| LeftOut {
+            name: "second_bounce",
+            what: "the exchange of light between surfaces",
+            reason: "what they reflect is too little to be noticed".to_owned(),
+            kind: Kind::Bounded,
+            bound,
+            saved: "all of it".to_owned(),
+        }));
         all
     }
 }

@@ -61,8 +61,6 @@ pub struct Anyway {
     pub facing_away: bool,
     /// Surfaces exchange light however little that is.
     pub second_bounce: bool,
-    /// Light is gathered again however little the exchange was corrected.
-    pub correction: bool,
 }
 
 impl Anyway {
@@ -75,7 +73,6 @@ impl Anyway {
         shadow_lines: true,
         facing_away: true,
         second_bounce: true,
-        correction: true,
     };
 }
 

@@ -340,11 +340,9 @@ impl<'a> Solver<'a> {
             && !ends()
         {
             // The mesh now knows more of the light than the links that it came over
-            let bound = hierarchical.correct(&display) / hierarchical.wanted_error();
-            if !self.plan.leaves_out_correction(bound) {
-                let lit = hierarchical.lit();
-                display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
-            }
+            hierarchical.correct(&display);
+            let lit = hierarchical.lit();
+            display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
         }
         self.record(&display, &exchange);
         self.transport = exchange.summary();

@@ -184,10 +184,8 @@ fn difference(one: &Bake, other: &Bake, scene: &common::scene::Scene) -> f64 {
     (squares / area).sqrt() / (sum / area)
 }
 
-const BOUNDED: [Switch; 2] = [
-    ("second_bounce", |anyway| anyway.second_bounce = true, &["dark floor and box"]),
-    ("correction", |anyway| anyway.correction = true, &["floor and box", "boxes in the sun"]),
-];
+const BOUNDED: [Switch; 1] =
+    [("second_bounce", |anyway| anyway.second_bounce = true, &["dark floor and box"])];
 
 #[test]
 fn bounded_switches_stay_within_their_bounds() {

@@ -25,7 +25,7 @@ struct Taken {
 
 type Force = fn(&mut Anyway);
 
-const SWITCHES: [(&str, Force); 8] = [
+const SWITCHES: [(&str, Force); 7] = [
     ("reflection", |anyway| anyway.reflection = true),
     ("open_visibility", |anyway| anyway.open_visibility = true),
     ("outer_faces", |anyway| anyway.outer_faces = true),
@@ -33,7 +33,6 @@ const SWITCHES: [(&str, Force); 8] = [
     ("shadow_lines", |anyway| anyway.shadow_lines = true),
     ("facing_away", |anyway| anyway.facing_away = true),
     ("second_bounce", |anyway| anyway.second_bounce = true),
-    ("correction", |anyway| anyway.correction = true),
 ];
 
 fn one_thread(settings: Settings) -> Settings {

@@ -236,27 +236,20 @@ impl<'a> Hierarchical<'a> {
     }
 
     /// Corrects what links get wrong by what the display mesh was found to receive of the light as it was.
-    ///
-    /// Returns a bound of the rms of what that changes of the light that is shown, W/m²; none where all light is kept.
-    pub(crate) fn correct(&mut self, display: &Display) -> f64 {
+    pub(crate) fn correct(&mut self, display: &Display) {
         let mut received = vec![Received::NOTHING; self.hierarchy.nodes.len()];
         self.spread(display, Light::Indirect, &mut received);
         let found = (self.hierarchy.nodes.iter().zip(&received))
             .map(|(node, received)| received.least.is_finite().then(|| received.mean / node.area))
             .collect();
-        let changed = self.system.correct(&self.hierarchy, &self.links.links, found);
+        self.system.correct(&self.hierarchy, &self.links.links, found);
         self.take_over_solution();
-        if self.system.keeps_all() {
-            // None of it may get lost, however little that is.
-            return f64::INFINITY;
-        }
-        // No more arrives in square than is sent (the exchange is symmetric, and no sum of form factors exceeds 1).
-        self.brightest_shown() * changed / baked_area(self.world).sqrt()
     }
 
     /// A bound of the rms of what surfaces could show of what they reflect, by all bounces, W/m².
     ///
-    /// All that arrives was reflected by something, and no more arrives in square than was sent.
+    /// All that arrives was reflected by something, and no more arrives in square than was sent: the exchange is symmetric, and
+    /// no sum of form factors exceeds 1.
     pub(crate) fn most_reflected(&self, display: &Display) -> f64 {
         let squared = |rho: DVec3, h: DVec3| (rho * h).length_squared() / 3.0;
         let mut sent = 0.0;

@@ -92,25 +92,14 @@ impl System {
     /// sends its light exactly (deferred correction; Stetter 1978). What links blur comes out right to second order.
     ///
     /// `found`: W/m², where it is known. It is scaled to what was sent where it is certain how much of that is caught.
-    ///
-    /// Returns the root of the integral of the squared change of what leaves send, over the channels, W/m.
-    pub(crate) fn correct(
-        &mut self,
-        hierarchy: &Hierarchy,
-        links: &[Link],
-        mut found: Vec<Option<DVec3>>,
-    ) -> f64 {
+    pub(crate) fn correct(&mut self, hierarchy: &Hierarchy, links: &[Link], mut found: Vec<Option<DVec3>>) {
         let exchange = Exchange::with_factors(hierarchy, links, self.factors.clone());
-        let before = self.radiosity();
-        let by_links = exchange.apply(&before);
+        let by_links = exchange.apply(&self.radiosity());
         self.conserve(&by_links, &mut found);
         self.missed = (found.iter().zip(&by_links))
             .map(|(found, by_links)| found.map_or(DVec3::ZERO, |found| found - *by_links))
             .collect();
         self.solve(hierarchy, links);
-        let changes = self.radiosity().into_iter().zip(before).zip(&self.areas);
-        let squared: f64 = changes.map(|((now, before), area)| area * (now - before).length_squared()).sum();
-        (squared / 3.0).sqrt()
     }
 
     /// Interpolated light holds a little more or less than was sent, which is set right.
@@ -164,11 +153,6 @@ impl System {
     /// What leaves send, W/m²: exactly nothing where nothing arrives.
     pub(crate) fn radiosity(&self) -> Vec<DVec3> {
         self.reflectance.iter().zip(self.irradiance()).map(|(rho, h)| *rho * h).collect()
-    }
-
-    /// Whether all that emitters send stays in one closed space.
-    pub(crate) fn keeps_all(&self) -> bool {
-        self.emitted.is_some()
     }
 
     /// |absorbed - emitted| / emitted, the worst of the channels, where no light leaves the space that it is sent into.
