@@ -46,6 +46,7 @@ pub enum Quantity {
 
 /// What is done although a scene does not need it: for tests, which compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 pub struct Anyway {
     /// Surfaces exchange light even where none of them reflects any to another.
     pub reflection: bool,

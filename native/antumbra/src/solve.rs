@@ -278,18 +278,10 @@ impl<'a> Solver<'a> {
             self.out_of_budget |= out_of_budget;
         }
 
-        if !self.plan.exchanges() {
+        if !self.plan.exchanges() || self.leaves_out_second_bounce(&display, &exchange) {
+            let unshot = if self.plan.exchanges() { exchange.remaining() } else { 0.0 };
             self.transport = exchange.summary();
-            return Ok((display, DVec3::ONE, 0.0));
-        }
-        if let Solution::Hierarchical(hierarchical) = &exchange
-            && let most = hierarchical.most_reflected(&display)
-            && self.plan.leaves_out_second_bounce(most / wanted_error)
-        {
-            self.estimate.set([self.estimate.get()[0], Some(most * most * baked_area(self.world))]);
-            self.record(&display, &exchange);
-            self.transport = exchange.summary();
-            return Ok((display, DVec3::ONE, exchange.remaining()));
+            return Ok((display, DVec3::ONE, unshot));
         }
 
         // Patches exchange what they reflect
@@ -347,6 +339,18 @@ impl<'a> Solver<'a> {
         self.record(&display, &exchange);
         self.transport = exchange.summary();
         Ok((display, exchange.closing_factor(), exchange.remaining()))
+    }
+
+    /// Whether what surfaces reflect is too little to be exchanged. Its bound then counts as the error that is left.
+    fn leaves_out_second_bounce(&mut self, display: &Display, exchange: &Solution) -> bool {
+        let Solution::Hierarchical(hierarchical) = exchange else { return false };
+        let most = hierarchical.most_reflected(display);
+        if !self.plan.leaves_out_second_bounce(most / exchange.wanted_error()) {
+            return false;
+        }
+        self.estimate.set([self.estimate.get()[0], Some(most * most * baked_area(self.world))]);
+        self.record(display, exchange);
+        true
     }
 
     /// Finds a first estimate of all light, in the way that is asked for or suits the scene.
@@ -577,7 +581,9 @@ impl<'a> Solver<'a> {
     fn relative_errors(&self, display: &Display) -> Vec<f64> {
         let mut errors = display.errors(self.world, &self.shown);
         let scale = if self.mean_shown.get() > 0.0 { 1.0 / self.mean_shown.get() } else { 0.0 };
-        errors.iter_mut().for_each(|error| *error *= scale);
+        for error in &mut errors {
+            *error *= scale;
+        }
         errors
     }
 

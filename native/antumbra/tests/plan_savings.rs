@@ -35,8 +35,10 @@ const SWITCHES: [(&str, Force); 7] = [
     ("second_bounce", |anyway| anyway.second_bounce = true),
 ];
 
-fn one_thread(settings: Settings) -> Settings {
-    Settings { threads: 1, verify_points: 0, ..settings }
+fn one_thread(mut settings: Settings) -> Settings {
+    settings.threads = 1;
+    settings.verify_points = 0;
+    settings
 }
 
 fn take(scene: &Scene, settings: &Settings) -> (Taken, Bake) {
