@@ -20,7 +20,7 @@ use common::shape::Shape;
 use glam::{DMat4, DQuat, DVec3};
 
 /// What is said to hang: some hundred times what the slowest of them takes.
-const WATCHDOG: Duration = Duration::from_secs(120);
+const WATCHDOG: Duration = Duration::from_mins(2);
 
 /// Light that may be shown too much, of what is sent: by linear elements of coarse meshes.
 const ENERGY: f64 = 0.4;
@@ -48,7 +48,7 @@ fn shape(random: &mut Random, size: f64) -> Shape {
 fn random_scene(seed: u64) -> Scene {
     let mut random = Random(seed);
     let mut scene = Scene::default();
-    let (closed, furnace) = (random.below(2) == 0, seed % 5 == 0);
+    let (closed, furnace) = (random.below(2) == 0, seed.is_multiple_of(5));
     let exitance = if furnace { 1.0 } else { 0.0 };
     let materials: Vec<u32> = (0..3)
         .map(|_| scene.material(if furnace { 0.5 } else { random.between(0.0, 0.95) }, exitance))
@@ -130,7 +130,7 @@ fn check(seed: u64) {
     let settings = arriving(settings(seed));
     let bake = scene.bake(&settings);
     assert_sound(&scene.input, &bake);
-    if seed % 5 == 0 {
+    if seed.is_multiple_of(5) {
         // B = E/(1 - rho) = 2, which is what arrives as well
         let (mut squares, mut whole) = (0.0, 0.0);
         for (size, light) in bake.meshes.iter().flat_map(parts) {
@@ -150,7 +150,7 @@ fn check(seed: u64) {
 fn broken(seeds: std::ops::Range<u64>) -> Vec<u64> {
     seeds
         .filter(|&seed| {
-            if seed % 100 == 0 {
+            if seed.is_multiple_of(100) {
                 println!("seed {seed}");
             }
             let (sender, outcome) = channel();
@@ -179,6 +179,14 @@ fn broken(seeds: std::ops::Range<u64>) -> Vec<u64> {
 #[test]
 fn some_random_scenes_bake() {
     assert_eq!(broken(0..12), [0; 0]);
+}
+
+/// Each of these broke something once: a receiver in the very middle of a cluster that was not told apart (36).
+#[test]
+fn random_scenes_that_were_broken_bake() {
+    for seed in [36] {
+        assert_eq!(broken(seed..seed + 1), [0; 0]);
+    }
 }
 
 #[test]

@@ -428,11 +428,14 @@ impl FormFactors<'_> {
         start..narrowed.len() as u32
     }
 
-    /// What places bring to each receiver of a cluster, by one ray each: per area of one of them, 1/m².
+    /// What places bring to each receiver of a cluster, by one ray each: per area of one of them, 1/m². `area`: that each
+    /// stands for, m², as a disc, so that one that the receiver lies in fills no more than its hemisphere (Wallace,
+    /// Elmquist, Haines 1989).
     pub(crate) fn of_representatives(
         &self,
         at: Clustered,
         places: &[(DVec3, DVec3)],
+        area: f64,
         mut found: impl FnMut(usize, Found),
     ) {
         let mut rays = 0;
@@ -443,7 +446,7 @@ impl FormFactors<'_> {
                 let to = place - position;
                 let distance2 = to.length_squared();
                 let kernel = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0)
-                    / (std::f64::consts::PI * distance2 * distance2);
+                    / (distance2 * (std::f64::consts::PI * distance2 + area));
                 if kernel > 0.0 {
                     rays += 1;
                     open += kernel;

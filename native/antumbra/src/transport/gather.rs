@@ -171,7 +171,7 @@ impl Gather<'_> {
                         (Seen::Cluster(_), Step::ToParts) => return Some(known),
                         (Seen::Cluster(representatives), Step::Whole) => {
                             let share = source.area() / representatives.len() as f64;
-                            self.form_factors.of_representatives(at, representatives, |k, found| {
+                            self.form_factors.of_representatives(at, representatives, share, |k, found| {
                                 sums[k].irradiance += share * found.coloured() * source.radiosity();
                                 sums[k].variance +=
                                     (share * found.noise * source.radiosity()).length_squared();
