@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
-use crate::mesh::{Cutting, Mesh, Quartering, tessellate};
+use crate::mesh::{Cutting, Grading, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
 use crate::report::{
@@ -69,6 +69,9 @@ const LEAST_CONTACT: f64 = 1.0 / 64.0;
 /// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
 /// corner of a larger element knows of would be looked for in a few places only.
 const LONGEST_OF_CROWDS: f64 = 8.0;
+
+/// Edge to which triangles are graded where patches look around, in patches.
+const GRADED_TO: f64 = 0.5;
 
 /// Bakes a scene. The result does not depend on the number of threads.
 ///
@@ -225,6 +228,10 @@ impl<'a> Solver<'a> {
         self.monitor.check()?;
         if self.transport_mode == Transport::Rays && self.settings.element_size == 0.0 {
             sizes.element = sizes.element.min(LONGEST_OF_CROWDS * patches.patch_size);
+            sizes.grading = Some(Grading {
+                longest: sizes.element,
+                least_area: 0.5 * (GRADED_TO * patches.patch_size).powi(2),
+            });
         }
         let coarse = patches.mesh.clone();
         let mut exchange = self.exchange(patches, &ends)?;
@@ -290,10 +297,11 @@ impl<'a> Solver<'a> {
             surroundings.aim_at(wanted, &display.receivers(), &display.sample_areas());
         }
         let gather = self.gather(reflected.lit(), wanted_error, &ends);
-        let hidden = match reflected.lit() {
-            Lit::Sources(_) => Hidden::Nowhere,
-            Lit::Around(_) => Hidden::Crevices { mean_radiosity: wanted_error / self.settings.tolerance },
-        };
+        let patches = exchange.patch_light();
+        let mean_radiosity = wanted_error / self.settings.tolerance;
+        let hidden = patches
+            .as_ref()
+            .map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
@@ -367,7 +375,7 @@ impl<'a> Solver<'a> {
             Method::Uniform | Method::As => Mesh::new(world),
             Method::Dm | Method::Adm => {
                 let contacts = contacts(world, blockers, |_| true, shortest);
-                Mesh::of_tiles(&tessellate(world, &contacts, |_| true, 0).0)
+                Mesh::of_tiles(&tessellate(world, &contacts, |_| true, 0, None).0)
             }
         };
         if look_around {
@@ -393,7 +401,7 @@ impl<'a> Solver<'a> {
             let deepest = limit.saturating_mul(2);
             // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
             let lines = lines.worthwhile(self.settings.triangle_limit(world.faces.len()) / 5);
-            let (mut mesh, cutting) = tessellate(world, &lines, |face| world.receives(face), deepest);
+            let (mut mesh, cutting) = tessellate(world, &lines, |face| world.receives(face), deepest, sizes.grading);
             self.cutting = cutting;
             mesh.longest_edge = if self.settings.element_size > 0.0 { sizes.element } else { f64::INFINITY };
             mesh.bisect_to(sizes.element, self.settings.triangle_limit(mesh.live), ends);
@@ -472,7 +480,7 @@ impl<'a> Solver<'a> {
         &'g self,
         gather: Gather<'g>,
         wanted_error: f64,
-        hidden: Hidden,
+        hidden: Hidden<'g>,
         progress: [f64; 2],
     ) -> Refinement<'g> {
         Refinement {

@@ -142,6 +142,29 @@ fn rays_find_the_darkness_behind_a_picture() {
     assert!(wall.max_element() < 0.01 * beside.max_element());
 }
 
+/// Plates the width of a hand before the walls of a hall: no element of so large a wall has a corner or the middle of an edge
+/// behind one, but the patches that look around are there.
+#[test]
+fn rays_find_the_darkness_that_no_corner_sees() {
+    let mut scene = Scene::default();
+    let white = scene.material(0.7, 0.0);
+    scene.object("hall", Shape::room(DVec3::splat(6.0)), white);
+    let places = [(1.13, 0.91), (2.3, 4.47), (3.77, 2.21), (4.9, 5.3), (0.52, 3.6), (5.33, 1.37)];
+    for (x, z) in places {
+        let plate = Shape::cuboid(DVec3::new(x, 0.006, z), DVec3::new(0.12, 0.003, 0.09));
+        scene.object("plate", plate, white);
+    }
+    scene.light(&lamp(DVec3::new(3.0, 3.0, 5.9), 0.5), 10.0);
+    let bake = scene.bake(&Settings { tolerance: 0.02, ..arriving(by_rays()) });
+    let wall = bake.meshes.iter().find(|mesh| mesh.object == 0).expect("it is baked");
+    let light = |x: f64, z: f64| common::baked::light_at(wall, DVec3::new(x, 0.0, z)).expect("there is a wall");
+    for (x, z) in places {
+        let [behind, beside] = [light(x, z), light(x + 0.3, z)].map(DVec3::max_element);
+        println!("behind {behind:.4}, beside {beside:.4}");
+        assert!(behind < 0.2 * beside);
+    }
+}
+
 #[test]
 fn rays_leave_the_inside_of_a_closed_box_dark_and_refuse_endless_light() {
     let mut scene = room();

@@ -10,4 +10,5 @@ pub(crate) mod line_choice;
 pub(crate) mod line_search;
 pub(crate) mod line_sources;
 mod line_strength;
+pub(crate) mod patch_light;
 pub(crate) mod refinement;

@@ -12,6 +12,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+use crate::adapt::patch_light::PatchLight;
 use crate::error::Error;
 use crate::index::{ElementId, FaceId, SampleId};
 use crate::mesh::{Sample, Side, edge_key};
@@ -185,11 +186,13 @@ struct Unknown {
 struct Uneven {
     element: ElementId,
     squared_error: f64,
+    /// Whether most of it is within, where no edge knows of it.
+    within: bool,
 }
 
 /// What may lie between corners that are lit alike.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Hidden {
+pub(crate) enum Hidden<'a> {
     /// Nothing that is worth looking for.
     Nowhere,
     /// Shadows of what stands between the element and an emitter.
@@ -198,6 +201,8 @@ pub(crate) enum Hidden {
     Crevices {
         /// Mean radiosity that is shown, W/m².
         mean_radiosity: f64,
+        /// What patches know of them.
+        patches: &'a PatchLight,
     },
 }
 
@@ -214,7 +219,7 @@ pub(crate) struct Refinement<'a> {
     /// Triangles that the mesh may have.
     pub(crate) triangle_budget: usize,
     /// What is looked for where all corners of an element are lit alike.
-    pub(crate) hidden: Hidden,
+    pub(crate) hidden: Hidden<'a>,
     /// The part of the whole bake, 0 to 1, that this is.
     pub(crate) progress: [f64; 2],
 }
@@ -259,8 +264,11 @@ impl Refinement<'_> {
                 let Some(leaf) = mesh.leaf(uneven.element).filter(|_| mesh.may_refine(uneven.element)) else {
                     continue;
                 };
-                let deviations =
-                    leaf.edges().map(|edge| self.shown(&leaf, layer.deviation(edge)).length_squared());
+                let deviations = if uneven.within {
+                    [0.0; 3]
+                } else {
+                    leaf.edges().map(|edge| self.shown(&leaf, layer.deviation(edge)).length_squared())
+                };
                 mesh.refine(uneven.element, deviations, &mut fresh);
                 removed += mesh.removes() * uneven.squared_error;
             }
@@ -282,8 +290,19 @@ impl Refinement<'_> {
     /// A leaf with its error, if it has one.
     fn uneven(&self, mesh: &impl Refinable, layer: &Layer, element: ElementId) -> Option<Uneven> {
         let leaf = mesh.leaf(element)?;
-        let squared_error = self.squared_error(&leaf, layer, layer.bulge_of(element));
-        (squared_error > 0.0).then_some(Uneven { element, squared_error })
+        let at_edges = self.squared_error(&leaf, layer, layer.bulge_of(element));
+        let within = self.squared_error_within(mesh, layer, &leaf);
+        let squared_error = at_edges.max(within);
+        (squared_error > 0.0).then_some(Uneven { element, squared_error, within: within > at_edges })
+    }
+
+    /// The same by what patches know of the light on an element.
+    fn squared_error_within(&self, mesh: &impl Refinable, layer: &Layer, leaf: &Leaf) -> f64 {
+        let Hidden::Crevices { patches, .. } = self.hidden else { return 0.0 };
+        let corners = leaf.samples.map(|s| mesh.samples()[s.index()].position);
+        let light = leaf.samples.map(|s| layer.irradiance[s.index()]);
+        let shown = self.shown(leaf, DVec3::ONE);
+        leaf.area * patches.squared_difference(self.world, leaf.face, corners, light, shown) / 3.0
     }
 
     /// The integral over an element of the squared difference between the light, as far as it is known, and the linear
@@ -314,9 +333,10 @@ impl Refinement<'_> {
         // The light that comes to the brightest corner when nothing blocks it may miss all corners.
         let most = match self.hidden {
             Hidden::Nowhere => return false,
-            Hidden::Crevices { mean_radiosity } => {
+            Hidden::Crevices { mean_radiosity, .. } => {
                 let brightest = self.in_wanted_errors(leaf, light.into_iter().fold(DVec3::ZERO, DVec3::max));
-                return share(brightest.max(mean_radiosity / self.wanted_error)) >= WORTH_SEARCHING;
+                return share(brightest.max(mean_radiosity / self.wanted_error)) >= WORTH_SEARCHING
+                    || self.squared_error_within(mesh, layer, leaf) >= WORTH_TESTING * self.allowed;
             }
             Hidden::Shadows => {
                 let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));

@@ -132,7 +132,7 @@ fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
     let blockers = blockers(world);
     let form_factors = FormFactors::new(&blockers);
     let lines = contacts(world, &blockers, |_| true, 0.0);
-    let (mut mesh, _) = tessellate(world, &lines, |face| world.receives(face), 20);
+    let (mut mesh, _) = tessellate(world, &lines, |face| world.receives(face), 20, None);
     mesh.bisect_to(size, 100_000, &|| false);
     let monitor = Monitor::new();
     let gather = || Gather {

@@ -128,7 +128,7 @@ pub(crate) fn partition(
 }
 
 /// Positions of corners and border vertices among the points, once around the face.
-fn outline(border: [&[i32]; 3]) -> Vec<u32> {
+pub(super) fn outline(border: [&[i32]; 3]) -> Vec<u32> {
     let mut outline = Vec::new();
     let mut next = 3;
     for (corner, positions) in (0..).zip(border) {

@@ -1,7 +1,7 @@
 //! The mesh before any light: faces cut into patches, patches into elements (the paper, §2.1).
 
 use crate::index::{ElementId, FaceId};
-use crate::mesh::{Element, Mesh};
+use crate::mesh::{Element, Grading, Mesh};
 use crate::scene::world::World;
 use crate::settings::{Method, Settings};
 
@@ -25,6 +25,8 @@ const DEEPEST_COARSE: u8 = 10;
 pub(crate) struct Sizes {
     pub(crate) patch: f64,
     pub(crate) element: f64,
+    /// How evenly faces are cut that discontinuity methods show.
+    pub(crate) grading: Option<Grading>,
 }
 
 impl Sizes {
@@ -38,7 +40,7 @@ impl Sizes {
             Method::Adm | Method::Dm => FACE_ELEMENTS * patch,
         };
         let element = if settings.element_size > 0.0 { settings.element_size } else { automatic };
-        Self { patch: patch.max(settings.element_size), element }
+        Self { patch: patch.max(settings.element_size), element, grading: None }
     }
 }
 

@@ -13,6 +13,7 @@ mod anchor;
 pub(crate) mod arrangement;
 pub(crate) mod coarse;
 mod corner_groups;
+mod grading;
 pub(crate) mod grid;
 mod quartering;
 mod skeleton;
@@ -29,6 +30,7 @@ use crate::scene::world::World;
 use crate::visibility::Receiver;
 
 pub(crate) use anchor::{Corner, anchored};
+pub(crate) use grading::Grading;
 pub(crate) use quartering::Quartering;
 pub(crate) use skeleton::{Cutting, tessellate};
 pub(crate) use tessellation::{Tessellation, Tile};

@@ -13,6 +13,7 @@ use smallvec::SmallVec;
 use crate::index::{ElementId, FaceId, SampleId, VertexId};
 use crate::mesh::arrangement::{Line, LineKind, Partition, border_crossings, partition};
 use crate::mesh::corner_groups::{Rim, group_corners};
+use crate::mesh::grading::{Grading, graded};
 use crate::mesh::grid::GRID;
 use crate::mesh::tessellation::{Tessellation, Tile};
 use crate::mesh::{Sample, edge_key, longest_edge, relative_step};
@@ -33,12 +34,14 @@ pub(crate) struct Cutting {
 
 /// Cuts the faces for which `which` holds.
 ///
-/// `lines`: per face. `deepest`: how often tiles may be bisected.
+/// `lines`: per face. `deepest`: how often tiles may be bisected. `grading`: how evenly faces are cut besides; only as the
+/// lines have it where there is none.
 pub(crate) fn tessellate<'a>(
     world: &'a World,
     lines: &FxHashMap<FaceId, Vec<Line>>,
     which: impl Fn(FaceId) -> bool,
     deepest: u8,
+    grading: Option<Grading>,
 ) -> (Tessellation<'a>, Cutting) {
     let (samples, corner_samples) = group_corners(world);
     let mut mesh = Tessellation::empty(world, deepest);
@@ -46,7 +49,8 @@ pub(crate) fn tessellate<'a>(
     mesh.shared_samples = samples.len();
     mesh.samples = samples;
     let mut builder = Builder {
-        border: border_points(world, lines),
+        border: border_points(world, lines, &which, grading),
+        grading,
         corner_samples,
         mesh,
         edge_samples: FxHashMap::default(),
@@ -74,8 +78,25 @@ type WorldEdge = (u32, u32);
 type EdgePlace = (WorldEdge, i32, (SampleId, SampleId));
 
 /// Vertices and positions, in the direction from the smaller vertex, of the points on every edge.
-fn border_points(world: &World, lines: &FxHashMap<FaceId, Vec<Line>>) -> FxHashMap<WorldEdge, Vec<i32>> {
+fn border_points(
+    world: &World,
+    lines: &FxHashMap<FaceId, Vec<Line>>,
+    which: impl Fn(FaceId) -> bool,
+    grading: Option<Grading>,
+) -> FxHashMap<WorldEdge, Vec<i32>> {
     let mut border: FxHashMap<WorldEdge, Vec<i32>> = FxHashMap::default();
+    if let Some(grading) = grading {
+        for id in FaceId::range(0..world.faces.len()).filter(|&face| which(face)) {
+            let face = &world.faces[id.index()];
+            let corners = world.corners(face);
+            for k in 0..3 {
+                let edge = edge_key(face.vertices[k], face.vertices[(k + 1) % 3]);
+                border.entry(edge).or_insert_with(|| {
+                    grading.on_edge(corners[k].distance(corners[(k + 1) % 3])).collect()
+                });
+            }
+        }
+    }
     for (face, lines) in lines {
         let vertices = world.faces[face.index()].vertices;
         for (k, positions) in border_crossings(lines).into_iter().enumerate() {
@@ -103,6 +124,7 @@ struct Builder<'a> {
     corner_samples: Vec<[SampleId; 3]>,
     /// Per edge of the scene: positions of points on it, and, once made, the first one's vertex.
     border: FxHashMap<WorldEdge, Vec<i32>>,
+    grading: Option<Grading>,
     /// Samples of points on edges: for the edge's two samples, on each side of a crease.
     edge_samples: FxHashMap<EdgePlace, (VertexId, SampleId)>,
 }
@@ -127,10 +149,12 @@ impl Builder<'_> {
         let border = self.border_of(face);
         let border = border.each_ref().map(Vec::as_slice);
         let shape = flattened(self.mesh.world.corners(self.face(face)));
-        match partition(border, lines.map_or(&[], Vec::as_slice), Some(shape)) {
+        let (partition, arranged) = match partition(border, lines.map_or(&[], Vec::as_slice), Some(shape)) {
             Ok(partition) => (partition, true),
             Err(_) => (Partition::plain(border, Some(shape)), false),
-        }
+        };
+        let graded = self.grading.and_then(|grading| graded(&partition, border, shape, grading));
+        (graded.unwrap_or(partition), arranged)
     }
 
     /// Makes the vertices, samples and tiles of a face.

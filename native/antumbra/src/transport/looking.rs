@@ -11,26 +11,25 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::adapt::patch_light::{PatchIrradiance, PatchLight};
 use crate::display::Display;
 use crate::error::Error;
-use crate::lamps::Sky;
 use crate::mesh::Mesh;
 use crate::mesh::coarse::cut_into_patches;
-use crate::monitor::{Monitor, Progress};
+use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Quantity, Settings};
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::crevices::cut_at_crevices;
-use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
-use crate::transport::hemisphere::{Directions, POWER, Surroundings};
+use crate::transport::hemisphere::Surroundings;
 use crate::transport::patches::received;
+use crate::transport::rows::{Around, Rows};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
-use crate::visibility::rays::{point_on, splitmix, spread, unit};
 use crate::visibility::{ConvexPolygon, Receiver, grey};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
@@ -40,13 +39,6 @@ const PATCHES: f64 = 20_000.0;
 /// Edge of the smallest part of a patch that reaches into a crevice, in patches.
 const SMALLEST: f64 = 1.0 / 16.0;
 
-/// Rays that leave all patches together for the exchange, about: ten seconds of processor time.
-const RAYS: f64 = 1e7;
-
-/// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it.
-const FEWEST: usize = 4;
-const MOST: usize = 32;
-
 /// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
 const RESIDUAL: f64 = 1e-4;
 
@@ -55,15 +47,6 @@ const EARLY: usize = 32;
 
 /// A pocket gets less than this share of its light early, relative to the scene as a whole.
 const LATE: f64 = 0.25;
-
-/// Sides that look around between two looks at what the user wants: some milliseconds.
-const AT_ONCE: usize = 4096;
-
-/// The part of a bake that looking around is, for the progress bar.
-const LOOKING: f64 = 0.08;
-
-/// A ray that meets nothing.
-const NOTHING: u32 = u32::MAX;
 
 /// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
 /// the way out of. More is no gap.
@@ -252,11 +235,7 @@ impl<'a> Looking<'a> {
             .collect();
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
             (sides.clone().into_par_iter())
-                .map(|side| {
-                    let row = self.rows.of(side);
-                    let seen = row.iter().filter(|&&seen| seen != NOTHING);
-                    seen.map(|&seen| radiosity[seen as usize]).sum::<DVec3>() / row.len().max(1) as f64
-                })
+                .map(|side| self.rows.reflected(side, radiosity))
                 .collect()
         };
         let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
@@ -305,12 +284,23 @@ impl<'a> Looking<'a> {
         Reflected::Around(Surroundings::new(&self.tree, radiosity, self.emitters.around.as_ref()))
     }
 
+    /// What patches get of the light of surfaces and of what is beyond them.
+    pub(crate) fn patch_light(&self) -> PatchLight {
+        let arrived = (self.patches.patches.iter().enumerate()).filter_map(|(index, patch)| {
+            let face = self.mesh.element(patch.elements[0]).face;
+            let [irradiance, variance] = self.rows.arrived(2 * index, &self.radiosity)?;
+            let at = patch.polygon.centroid();
+            Some(PatchIrradiance { face, at, irradiance, variance, area: patch.polygon.area() })
+        });
+        PatchLight::new(self.world, &arrived.collect::<Vec<_>>())
+    }
+
     /// For the report.
     pub(crate) fn summary(&self) -> TransportSummary {
         TransportSummary {
             mode: "RAYS".to_owned(),
             elements: self.patches.len(),
-            links: self.rows.seen.iter().filter(|&&seen| seen != NOTHING).count(),
+            links: self.rows.hits(),
             iterations: self.iterations,
             imbalance: None,
         }
@@ -335,132 +325,7 @@ fn darken_pockets(radiosity: &mut [DVec3], early: &[DVec3], areas: &[f64]) {
     }
 }
 
-/// What there is to see.
-#[derive(Clone, Copy)]
-struct Around<'a> {
-    patches: &'a Sources,
-    /// Patches that block, and which patch each of its polygons is.
-    tree: &'a Blockers,
-    blocking: &'a [u32],
-    sky: Option<&'a Sky>,
-}
-
-/// What the rays of each side of a patch meet: rows of the exchange.
-struct Rows {
-    /// Where in `seen` the row of each side begins and ends.
-    ranges: Vec<(u32, u32)>,
-    /// Numbers of sides.
-    seen: Vec<u32>,
-    /// Per side: irradiance that comes from beyond all surfaces, W/m².
-    from_sky: Vec<DVec3>,
-}
-
-impl Rows {
-    /// Sends rays from all that is shown, then from all that these meet, and so on.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`].
-    fn look_around(around: Around, monitor: &Monitor) -> Result<Self, Error> {
-        let patches = around.patches;
-        let area = |side: usize| patches.area(SourceId::new(side));
-        let hemispheres: Vec<Directions> = (FEWEST..=MOST).map(Directions::square).collect();
-        let weights: f64 = (0..patches.len()).map(|side| area(side).powf(POWER)).sum();
-        let directions = |side: usize| {
-            let strata = (RAYS / weights * area(side).powf(POWER)).sqrt() as usize;
-            &hemispheres[strata.clamp(FEWEST, MOST) - FEWEST]
-        };
-        // What is black sends nothing on, whatever it gets.
-        let matters = |side: usize| patches.patches[side / 2].reflectance != DVec3::ZERO;
-        let mut known = vec![false; patches.len()];
-        let mut wave: Vec<u32> = Vec::new();
-        for index in (0..patches.patches.len()).filter(|&index| patches.patches[index].receives) {
-            known[2 * index] = true;
-            wave.push(2 * index as u32);
-        }
-        let mut rows = Self {
-            ranges: vec![(0, 0); patches.len()],
-            seen: Vec::new(),
-            from_sky: vec![DVec3::ZERO; patches.len()],
-        };
-        let mut looked = 0;
-        while !wave.is_empty() {
-            wave.retain(|&side| matters(side as usize));
-            let mut next = Vec::new();
-            for part in wave.chunks(AT_ONCE) {
-                monitor.check()?;
-                let met: Vec<(Vec<u32>, DVec3)> = (part.par_iter())
-                    .map(|&side| look(around, side as usize, directions(side as usize)))
-                    .collect();
-                for (&side, (met, from_sky)) in part.iter().zip(met) {
-                    let start = rows.seen.len() as u32;
-                    for &other in met.iter().filter(|&&other| other != NOTHING) {
-                        if !std::mem::replace(&mut known[other as usize], true) {
-                            next.push(other);
-                        }
-                    }
-                    rows.seen.extend(met);
-                    rows.ranges[side as usize] = (start, rows.seen.len() as u32);
-                    rows.from_sky[side as usize] = from_sky;
-                }
-                looked += part.len();
-                let fraction = LOOKING * looked as f64 / patches.len() as f64;
-                monitor.report(Progress { fraction, ..monitor.progress() });
-            }
-            wave = next;
-        }
-        Ok(rows)
-    }
-
-    /// Per side: whether it and all that light from it gets to reflect all of it, and none escapes.
-    fn endless(&self, patches: &Sources) -> Vec<bool> {
-        let mut endless: Vec<bool> = (0..patches.len())
-            .map(|side| {
-                let reflectance = patches.patches[side / 2].reflectance;
-                !self.of(side).is_empty() && reflectance.max_element() >= 1.0 - ABSORBS_NOTHING
-            })
-            .collect();
-        loop {
-            let leaks = |side: &usize| {
-                endless[*side] && self.of(*side).iter().any(|&met| met == NOTHING || !endless[met as usize])
-            };
-            let leaking: Vec<usize> = (0..patches.len()).into_par_iter().filter(leaks).collect();
-            if leaking.is_empty() {
-                return endless;
-            }
-            for side in leaking {
-                endless[side] = false;
-            }
-        }
-    }
-
-    fn of(&self, side: usize) -> &[u32] {
-        let (start, end) = self.ranges[side];
-        &self.seen[start as usize..end as usize]
-    }
-}
-
-/// What the rays of one side meet, and the irradiance that they bring from beyond all surfaces, W/m².
-fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, DVec3) {
-    let polygon = &around.patches.patches[side / 2].polygon;
-    let seed = splitmix(side as u64);
-    let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
-    let mut from_sky = DVec3::ZERO;
-    let met = (directions.about(normal(polygon, side), unit(seed)).enumerate())
-        .map(|(k, direction)| {
-            // Points in an order of their own: neighbouring directions leave from all over the patch.
-            let start = point_on(polygon, spread(shift, k as u32 + 1));
-            let chance = unit(splitmix(seed ^ (k as u64 + 3)));
-            let Some(hit) = around.tree.first_stop(start, direction, chance) else {
-                from_sky += around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
-                return NOTHING;
-            };
-            2 * around.blocking[hit.polygon as usize] + u32::from(!hit.front)
-        })
-        .collect();
-    (met, from_sky / directions.len() as f64)
-}
-
 /// Of a side of a patch, away from it.
-fn normal(polygon: &ConvexPolygon, side: usize) -> DVec3 {
+pub(super) fn normal(polygon: &ConvexPolygon, side: usize) -> DVec3 {
     if side.is_multiple_of(2) { polygon.normal() } else { -polygon.normal() }
 }

@@ -16,6 +16,7 @@ pub(crate) mod mode;
 mod overlay;
 mod patches;
 mod quadrature;
+mod rows;
 pub(crate) mod secondary;
 pub(crate) mod shooting;
 pub(crate) mod source_tree;

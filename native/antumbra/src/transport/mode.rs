@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::adapt::patch_light::PatchLight;
 use crate::report::TransportSummary;
 use crate::transport::gather::Reflected;
 use crate::transport::hierarchical::Hierarchical;
@@ -58,6 +59,14 @@ impl Solution<'_> {
             Self::Shooting(shooting) => Reflected::Sources(shooting.lit()),
             Self::Hierarchical(hierarchical) => Reflected::Sources(hierarchical.lit()),
             Self::Looking(looking) => looking.lit(),
+        }
+    }
+
+    /// What patches know of the light on the faces that they lie on, where they looked around.
+    pub(crate) fn patch_light(&self) -> Option<PatchLight> {
+        match self {
+            Self::Shooting(_) | Self::Hierarchical(_) => None,
+            Self::Looking(looking) => Some(looking.patch_light()),
         }
     }
 

@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use super::snap::SNAP_RADIUS;
 use super::*;
+use crate::mesh::grading::{Grading, graded};
 use hostile::{Case, FAMILIES, Random};
 
 const fn at(u: i32, v: i32) -> GridPoint {
@@ -181,6 +182,52 @@ fn pieces_stay_within_few_cells_of_their_line() {
     assert!(farthest < 3.0 * f64::from(SNAP_RADIUS + 1), "{farthest} cells away from any line");
 }
 
+/// Graded to a tenth of a face.
+fn coarse(shape: [DVec2; 3]) -> Grading {
+    let size = shape[0].distance(shape[1]).max(shape[1].distance(shape[2])).max(shape[2].distance(shape[0]));
+    Grading { longest: 0.5 * size, least_area: 0.005 * size * size }
+}
+
+/// The smallest angle of any triangle, degrees.
+fn smallest_angle(partition: &Partition, shape: [DVec2; 3]) -> f64 {
+    let place = |p: u32| {
+        let weights = partition.points[p as usize].barycentric();
+        weights.x * shape[0] + weights.y * shape[1] + weights.z * shape[2]
+    };
+    let angle = |corners: [u32; 3], k: usize| {
+        let [at, from, to] = [k, k + 1, k + 2].map(|k| place(corners[k % 3]));
+        (from - at).angle_to(to - at).abs().to_degrees()
+    };
+    let triangles = partition.triangles.iter();
+    triangles.flat_map(|&corners| [0, 1, 2].map(|k| angle(corners, k))).fold(180.0, f64::min)
+}
+
+/// The foot of a table, 4 cm wide, on half a floor of 8 m by 8 m.
+#[test]
+fn a_small_outline_on_a_large_face_is_joined_to_it_by_well_shaped_triangles() {
+    let shape = [DVec2::ZERO, DVec2::new(8.0, 0.0), DVec2::new(0.0, 8.0)];
+    let (x, y, size) = (GRID / 5, GRID / 3, GRID / 200);
+    let corners = [at(x, y), at(x + size, y), at(x + size, y + size), at(x, y + size)];
+    let lines = [0, 1, 2, 3].map(|k| Line {
+        ends: [corners[k], corners[(k + 1) % 4]],
+        kind: LineKind::Contact,
+    });
+    let grading = Grading { longest: 1.0, least_area: 1e-4 };
+    let positions: Vec<i32> = grading.on_edge(8.0).collect();
+    let on_diagonal: Vec<i32> = grading.on_edge(128.0_f64.sqrt()).collect();
+    let border = [&positions[..], &on_diagonal[..], &positions[..]];
+    let thin = partition(border, &lines, Some(shape)).expect("the lines are harmless");
+    let graded = graded(&thin, border, shape, grading).expect("it is thin");
+    assert_eq!(graded.check(border), Ok(()));
+    let angles = [&thin, &graded].map(|partition| smallest_angle(partition, shape));
+    println!("smallest angles {angles:?}, triangles {} and {}", thin.triangles.len(), graded.triangles.len());
+    assert!(angles[0] < 3.0 && angles[1] > 15.0, "{angles:?}");
+    assert!(graded.triangles.len() < 400);
+    let all = edges_on_lines(&graded);
+    assert_eq!(all.len(), 4);
+    assert!(all.iter().all(|(_, kind)| *kind == LineKind::Contact));
+}
+
 /// Partitions hostile cases; how many could not be.
 fn survive(seeds: std::ops::Range<u64>) {
     let (start, count) = (Instant::now(), seeds.end - seeds.start);
@@ -191,6 +238,9 @@ fn survive(seeds: std::ops::Range<u64>) {
         match case.partition() {
             Ok(partition) => {
                 assert_eq!(partition.check(case.border()), Ok(()), "seed {seed}: {case:?}");
+                if let Some(graded) = graded(&partition, case.border(), shape, coarse(shape)) {
+                    assert_eq!(graded.check(case.border()), Ok(()), "seed {seed}: {case:?}");
+                }
             }
             Err(error) => unarranged.push((seed, case.family, error)),
         }

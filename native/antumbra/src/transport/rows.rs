@@ -1,0 +1,185 @@
+//! Rows of the exchange by rays: what the rays of each side of a patch meet, found once.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::lamps::Sky;
+use crate::monitor::{Monitor, Progress};
+use crate::transport::enclosure::ABSORBS_NOTHING;
+use crate::transport::hemisphere::{Directions, POWER};
+use crate::transport::looking::normal;
+use crate::transport::sources::{SourceId, Sources};
+use crate::visibility::blockers::Blockers;
+use crate::visibility::rays::{point_on, splitmix, spread, unit};
+
+/// Rays that leave all patches together for the exchange, about: ten seconds of processor time.
+const RAYS: f64 = 1e7;
+
+/// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it.
+const FEWEST: usize = 4;
+const MOST: usize = 32;
+
+/// Sides that look around between two looks at what the user wants: some milliseconds.
+const AT_ONCE: usize = 4096;
+
+/// The part of a bake that looking around is, for the progress bar.
+const LOOKING: f64 = 0.08;
+
+/// A ray that meets nothing.
+const NOTHING: u32 = u32::MAX;
+
+/// What there is to see.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
+    pub(super) patches: &'a Sources,
+    /// Patches that block, and which patch each of its polygons is.
+    pub(super) tree: &'a Blockers,
+    pub(super) blocking: &'a [u32],
+    pub(super) sky: Option<&'a Sky>,
+}
+
+/// What the rays of each side of a patch meet: rows of the exchange.
+pub(super) struct Rows {
+    /// Where in `seen` the row of each side begins and ends.
+    ranges: Vec<(u32, u32)>,
+    /// Numbers of sides.
+    seen: Vec<u32>,
+    /// Per side: irradiance that comes from beyond all surfaces, W/m².
+    pub(super) from_sky: Vec<DVec3>,
+    /// Per side: mean over its rays of the square of what each brings from there, W²/m⁴.
+    sky_squared: Vec<DVec3>,
+}
+
+impl Rows {
+    /// Sends rays from all that is shown, then from all that these meet, and so on.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(super) fn look_around(around: Around, monitor: &Monitor) -> Result<Self, Error> {
+        let patches = around.patches;
+        let area = |side: usize| patches.area(SourceId::new(side));
+        let hemispheres: Vec<Directions> = (FEWEST..=MOST).map(Directions::square).collect();
+        let weights: f64 = (0..patches.len()).map(|side| area(side).powf(POWER)).sum();
+        let directions = |side: usize| {
+            let strata = (RAYS / weights * area(side).powf(POWER)).sqrt() as usize;
+            &hemispheres[strata.clamp(FEWEST, MOST) - FEWEST]
+        };
+        // What is black sends nothing on, whatever it gets.
+        let matters = |side: usize| patches.patches[side / 2].reflectance != DVec3::ZERO;
+        let mut known = vec![false; patches.len()];
+        let mut wave: Vec<u32> = Vec::new();
+        for index in (0..patches.patches.len()).filter(|&index| patches.patches[index].receives) {
+            known[2 * index] = true;
+            wave.push(2 * index as u32);
+        }
+        let mut rows = Self {
+            ranges: vec![(0, 0); patches.len()],
+            seen: Vec::new(),
+            from_sky: vec![DVec3::ZERO; patches.len()],
+            sky_squared: vec![DVec3::ZERO; patches.len()],
+        };
+        let mut looked = 0;
+        while !wave.is_empty() {
+            wave.retain(|&side| matters(side as usize));
+            let mut next = Vec::new();
+            for part in wave.chunks(AT_ONCE) {
+                monitor.check()?;
+                let met: Vec<(Vec<u32>, [DVec3; 2])> = (part.par_iter())
+                    .map(|&side| look(around, side as usize, directions(side as usize)))
+                    .collect();
+                for (&side, (met, [from_sky, squared])) in part.iter().zip(met) {
+                    let start = rows.seen.len() as u32;
+                    for &other in met.iter().filter(|&&other| other != NOTHING) {
+                        if !std::mem::replace(&mut known[other as usize], true) {
+                            next.push(other);
+                        }
+                    }
+                    rows.seen.extend(met);
+                    rows.ranges[side as usize] = (start, rows.seen.len() as u32);
+                    rows.from_sky[side as usize] = from_sky;
+                    rows.sky_squared[side as usize] = squared;
+                }
+                looked += part.len();
+                let fraction = LOOKING * looked as f64 / patches.len() as f64;
+                monitor.report(Progress { fraction, ..monitor.progress() });
+            }
+            wave = next;
+        }
+        Ok(rows)
+    }
+
+    /// Per side: whether it and all that light from it gets to reflect all of it, and none escapes.
+    pub(super) fn endless(&self, patches: &Sources) -> Vec<bool> {
+        let mut endless: Vec<bool> = (0..patches.len())
+            .map(|side| {
+                let reflectance = patches.patches[side / 2].reflectance;
+                !self.of(side).is_empty() && reflectance.max_element() >= 1.0 - ABSORBS_NOTHING
+            })
+            .collect();
+        loop {
+            let leaks = |side: &usize| {
+                endless[*side] && self.of(*side).iter().any(|&met| met == NOTHING || !endless[met as usize])
+            };
+            let leaking: Vec<usize> = (0..patches.len()).into_par_iter().filter(leaks).collect();
+            if leaking.is_empty() {
+                return endless;
+            }
+            for side in leaking {
+                endless[side] = false;
+            }
+        }
+    }
+
+    pub(super) fn of(&self, side: usize) -> &[u32] {
+        let (start, end) = self.ranges[side];
+        &self.seen[start as usize..end as usize]
+    }
+
+    /// Irradiance of a side by what others reflect, W/m².
+    pub(super) fn reflected(&self, side: usize, radiosity: &[DVec3]) -> DVec3 {
+        let row = self.of(side);
+        let seen = row.iter().filter(|&&seen| seen != NOTHING);
+        seen.map(|&seen| radiosity[seen as usize]).sum::<DVec3>() / row.len().max(1) as f64
+    }
+
+    /// Irradiance of a side by what others reflect and by what is beyond them, W/m², and per channel the variance that rays
+    /// leave in it; nothing for a side that did not look.
+    pub(super) fn arrived(&self, side: usize, radiosity: &[DVec3]) -> Option<[DVec3; 2]> {
+        let row = self.of(side);
+        let count = row.len() as f64;
+        let seen = row.iter().filter(|&&seen| seen != NOTHING);
+        let squared = seen.map(|&seen| radiosity[seen as usize].powf(2.0)).sum::<DVec3>() / count;
+        let mean = self.reflected(side, radiosity) + self.from_sky[side];
+        let variance = (squared + self.sky_squared[side] - mean * mean) / (count - 1.0);
+        (count > 1.0).then_some([mean, variance.max(DVec3::ZERO)])
+    }
+
+    /// Rays that met something.
+    pub(super) fn hits(&self) -> usize {
+        self.seen.iter().filter(|&&seen| seen != NOTHING).count()
+    }
+}
+
+/// What the rays of one side meet, and what they bring from beyond all surfaces: the mean, W/m², and that of the squares.
+fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, [DVec3; 2]) {
+    let polygon = &around.patches.patches[side / 2].polygon;
+    let seed = splitmix(side as u64);
+    let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
+    let mut from_sky = [DVec3::ZERO; 2];
+    let met = (directions.about(normal(polygon, side), unit(seed)).enumerate())
+        .map(|(k, direction)| {
+            // Points in an order of their own: neighbouring directions leave from all over the patch.
+            let start = point_on(polygon, spread(shift, k as u32 + 1));
+            let chance = unit(splitmix(seed ^ (k as u64 + 3)));
+            let Some(hit) = around.tree.first_stop(start, direction, chance) else {
+                let light = around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
+                from_sky[0] += light;
+                from_sky[1] += light * light;
+                return NOTHING;
+            };
+            2 * around.blocking[hit.polygon as usize] + u32::from(!hit.front)
+        })
+        .collect();
+    (met, from_sky.map(|sum| sum / directions.len() as f64))
+}
