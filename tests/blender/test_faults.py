@@ -35,6 +35,15 @@ def refused(message):
     return str(raised.value)
 
 
+def message_of_bake():
+    """Why it was refused; empty when it was not."""
+    try:
+        bpy.ops.antumbra.bake()
+    except RuntimeError as error:
+        return str(error).strip()
+    return ""
+
+
 def test_a_panic_of_the_solver_ends_with_a_file_to_report(scene_to_bake, monkeypatch, tmp_path):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with monkeypatch.context() as failing:
@@ -92,14 +101,15 @@ def test_cancelled_while_its_meshes_are_made(scene_to_bake, slices):
 def test_settings_that_a_broken_file_holds(scene_to_bake, name, value):
     """Blender reads what is stored as it is; what cannot be is refused, or taken as the default."""
     group = bpy.context.scene.antumbra
-    stored = group.bl_system_properties_get(do_create=True) if bpy.app.version >= (5, 0) else bpy.context.scene["antumbra"]
+    stored = (
+        group.bl_system_properties_get(do_create=True) if bpy.app.version >= (5, 0) else bpy.context.scene["antumbra"]
+    )
     stored[name] = value
     before = fingerprint()
-    try:
-        bpy.ops.antumbra.bake()
-    except RuntimeError as error:
-        assert len(str(error).strip().splitlines()) == 1
-        assert name in str(error)
+    said = message_of_bake()
+    if said:
+        assert len(said.splitlines()) == 1
+        assert name in said
         assert fingerprint() == before
     else:
         assert len(baked_objects()) == 5
@@ -134,7 +144,7 @@ def test_a_report_that_cannot_be_written_is_said(scene_to_bake, monkeypatch, tmp
 
 
 def test_a_face_that_crosses_itself_is_baked_as_its_triangles():
-    """A bow-tie: Blender cuts it in two triangles, which overlap or face away from each other; both have their light."""
+    """A bow-tie: Blender cuts it in two triangles, which overlap or face away from each other."""
     add_mesh("Bow-tie", [(-1, -1, 0), (1, 1, 0), (1, -1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
     add_plane(size=6).location.z = -1
     add_area_light(location=(0, 0, 4))

@@ -8,7 +8,7 @@ import antumbra_native
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "addon"))
 
-from antumbra.core.reproduction import load  # noqa: E402
+from antumbra.core.reproduction import load
 
 native = antumbra_native.Scene()
 settings = load(Path(sys.argv[1]), native)

@@ -41,7 +41,11 @@ def test_linux_tells_how_much_is_free():
 
 
 def test_a_containers_limit_counts_and_its_caches_do_not(tmp_path):
-    for name, text in (("memory.max", "1000\n"), ("memory.current", "700\n"), ("memory.stat", "anon 1\ninactive_file 150\n")):
+    for name, text in (
+        ("memory.max", "1000\n"),
+        ("memory.current", "700\n"),
+        ("memory.stat", "anon 1\ninactive_file 150\n"),
+    ):
         (tmp_path / name).write_text(text)
     assert memory._left_in_group(tmp_path) == 450
     (tmp_path / "memory.max").write_text("max\n")

@@ -15,7 +15,7 @@ from test_bake import lit_quad
 
 def test_a_panic_is_an_exception():
     job = antumbra_native._start_failing(lit_floor())
-    with pytest.raises(antumbra_native.SolverPanicError, match="failing as asked for.*bug in Antumbra"):
+    with pytest.raises(antumbra_native.SolverPanicError, match=r"failing as asked for.*bug in Antumbra"):
         job.result()
     # And the next bake is as good as any
     assert len(antumbra_native.start(lit_floor()).result().meshes) == 1
@@ -55,5 +55,5 @@ def test_the_file_repeats_the_bake(failing, tmp_path):
 
 def test_where_no_file_can_be_written_the_message_says_what_it_can(failing, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "missing"))
-    with pytest.raises(SolverBugError, match="please report it$"):
+    with pytest.raises(SolverBugError, match=r"please report it$"):
         failing.finish()

@@ -3,7 +3,8 @@
 
     python tests/study/robustness.py FOLDER
 
-Each curve has an answer that is known: the furnace's in closed form, the other scenes' from the same scene in its plain form.
+Each curve has an answer that is known: of the furnace in closed form, of other scenes that of the same scene in its
+plain form.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 
 matplotlib.use("Agg")
 
-from matplotlib import pyplot  # noqa: E402
+from matplotlib import pyplot
 
 CUBE = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -170,7 +171,9 @@ def draw(points: list[Measured], path: Path) -> None:
             if curve == "stiffness":
                 for point, error in zip(own, errors, strict=True):
                     where = (0, 6) if mark == "o" else (0, -13)
-                    plot.annotate(f"{point.iterations}", (point.x, error), where, textcoords="offset points", ha="center")
+                    plot.annotate(
+                        f"{point.iterations}", (point.x, error), where, textcoords="offset points", ha="center"
+                    )
         plot.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
         plot.axhline(0.01, color="#888888", linewidth=0.8, linestyle="--")
         plot.grid(visible=True, color="#e5e5e5", linewidth=0.6)
@@ -187,7 +190,10 @@ def main(folder: Path) -> None:
     points = []
     for point in measure():
         points.append(point)
-        print(f"{point.curve:9} {point.series:24} {point.x:8.1e}  {point.error:8.1e}  {point.iterations} iterations", flush=True)
+        print(
+            f"{point.curve:9} {point.series:24} {point.x:8.1e}  {point.error:8.1e}  {point.iterations} iterations",
+            flush=True,
+        )
     with (folder / "robustness.csv").open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(("curve", "series", "x", "error", "iterations"))

@@ -27,7 +27,9 @@ class Calls:
             raise AttributeError(name)
 
         def remember(*args: Any, **kwargs: Any) -> None:
-            self._calls.append([name, [self._plain(arg) for arg in args], {k: self._plain(v) for k, v in kwargs.items()}])
+            self._calls.append(
+                [name, [self._plain(arg) for arg in args], {k: self._plain(v) for k, v in kwargs.items()}]
+            )
 
         return remember
 
