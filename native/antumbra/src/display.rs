@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::adapt::fit::fitted;
-use crate::adapt::refinement::{Layer, Refinable, Refinement};
+use crate::adapt::refinement::{Hidden, Layer, Refinable, Refinement};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::arrangement::LineKind;
@@ -15,6 +15,10 @@ use crate::mesh::{Corner, Quartering, Sample, Side, Tessellation, anchored};
 use crate::scene::world::World;
 use crate::transport::gather::{Gather, Lit, rms};
 use crate::visibility::Receiver;
+
+/// Where rays tell the light, no flip makes a triangle of less height than this share of its longest edge: what they err by
+/// differs from corner to corner, and shows as streaks along thin triangles.
+const FLATTEST_BY_RAYS: f64 = 0.2;
 
 /// How the mesh is refined.
 pub(crate) enum DisplayMesh<'a> {
@@ -201,6 +205,10 @@ impl<'a> Display<'a> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn refine_for_patches(&mut self, refinement: &Refinement) -> Result<bool, Error> {
+        if let (DisplayMesh::Tessellated(mesh), Hidden::Crevices { .. }) = (&mut self.mesh, refinement.hidden)
+        {
+            mesh.flattest = FLATTEST_BY_RAYS;
+        }
         let held_back = match &mut self.mesh {
             DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.indirect),
             DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.indirect),

@@ -299,9 +299,8 @@ impl<'a> Solver<'a> {
         let gather = self.gather(reflected.lit(), wanted_error, &ends);
         let patches = exchange.patch_light();
         let mean_radiosity = wanted_error / self.settings.tolerance;
-        let hidden = patches
-            .as_ref()
-            .map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
+        let hidden =
+            patches.as_ref().map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
         let known = exchange.indirect_at(shared_samples(&display.mesh));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest)?;
         self.record(&display, &exchange);
@@ -401,7 +400,8 @@ impl<'a> Solver<'a> {
             let deepest = limit.saturating_mul(2);
             // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
             let lines = lines.worthwhile(self.settings.triangle_limit(world.faces.len()) / 5);
-            let (mut mesh, cutting) = tessellate(world, &lines, |face| world.receives(face), deepest, sizes.grading);
+            let (mut mesh, cutting) =
+                tessellate(world, &lines, |face| world.receives(face), deepest, sizes.grading);
             self.cutting = cutting;
             mesh.longest_edge = if self.settings.element_size > 0.0 { sizes.element } else { f64::INFINITY };
             mesh.bisect_to(sizes.element, self.settings.triangle_limit(mesh.live), ends);

@@ -157,7 +157,8 @@ fn rays_find_the_darkness_that_no_corner_sees() {
     scene.light(&lamp(DVec3::new(3.0, 3.0, 5.9), 0.5), 10.0);
     let bake = scene.bake(&Settings { tolerance: 0.02, ..arriving(by_rays()) });
     let wall = bake.meshes.iter().find(|mesh| mesh.object == 0).expect("it is baked");
-    let light = |x: f64, z: f64| common::baked::light_at(wall, DVec3::new(x, 0.0, z)).expect("there is a wall");
+    let light =
+        |x: f64, z: f64| common::baked::light_at(wall, DVec3::new(x, 0.0, z)).expect("there is a wall");
     for (x, z) in places {
         let [behind, beside] = [light(x, z), light(x + 0.3, z)].map(DVec3::max_element);
         println!("behind {behind:.4}, beside {beside:.4}");

@@ -53,6 +53,9 @@ const LARGEST: f64 = 0.5;
 /// tail.
 const CERTAIN: f64 = 4.0;
 
+/// Share of the light of an element below which a patch of it lies in the dark.
+const DARK: f64 = 0.25;
+
 impl PatchLight {
     pub(crate) fn new(world: &World, patches: &[PatchIrradiance]) -> Self {
         let mut known: Vec<(FaceId, Known)> = (patches.iter())
@@ -73,7 +76,9 @@ impl PatchLight {
             .collect();
         known.sort_by(|(a, at_a), (b, at_b)| a.cmp(b).then(at_a.place.x.total_cmp(&at_b.place.x)));
         let mut starts = vec![0; world.faces.len() + 1];
-        known.iter().for_each(|(face, _)| starts[face.index() + 1] += 1);
+        for (face, _) in &known {
+            starts[face.index() + 1] += 1;
+        }
         for face in 0..world.faces.len() {
             starts[face + 1] += starts[face];
         }
@@ -102,28 +107,42 @@ impl PatchLight {
         let [low, high] = [places[0].min(places[1]).min(places[2]), places[0].max(places[1]).max(places[2])];
         let of_face = &self.known[start..end];
         let first = of_face.partition_point(|known| known.place.x < low.x);
-        let mut sums = [0.0; 3];
-        let mut count = 0;
+        let [mut covered, mut squares, mut noise, mut in_the_dark] = [0.0; 4];
+        let (mut count, mut dark) = (0, 0);
         for known in of_face[first..].iter().take_while(|known| known.place.x <= high.x) {
             let weights = weights(places, known.place);
             if known.area > LARGEST * area || weights.min_element() < 0.0 {
                 continue;
             }
             let linear = weights.x * light[0] + weights.y * light[1] + weights.z * light[2];
-            sums[0] += known.area;
             // A patch is flat: where normals lean, it gets something else than is shown.
             let most = known.lean * known.irradiance.abs().max(linear.abs());
             let beyond = ((known.irradiance - linear).abs() - most).max(DVec3::ZERO);
-            sums[1] += known.area * (shown * beyond).length_squared();
-            sums[2] += known.area * (shown * shown * known.variance).element_sum();
+            let squared = known.area * (shown * beyond).length_squared();
+            covered += known.area;
+            squares += squared;
+            noise += known.area * (shown * shown * known.variance).element_sum();
+            if known.is_dark(linear) {
+                in_the_dark += squared;
+                dark += 1;
+            }
             count += 1;
         }
-        if count < 2 {
-            return 0.0;
-        }
-        let [area, squares, noise] = sums;
         let tail = CERTAIN * (2.0 / f64::from(count)).sqrt();
-        ((squares - (1.0 + tail) * noise) / area).max(0.0)
+        let certain = if count < 2 { 0.0 } else { squares - (1.0 + tail) * noise };
+        let in_the_dark = if dark < 2 { 0.0 } else { in_the_dark };
+        if covered > 0.0 { certain.max(in_the_dark) / covered } else { 0.0 }
+    }
+}
+
+impl Known {
+    /// Whether hardly any light gets here, compared with some other.
+    ///
+    /// Rays that rarely meet a window leave a large variance wherever one did; that none of them met anything bright is
+    /// another matter.
+    fn is_dark(&self, light: DVec3) -> bool {
+        let most = self.irradiance.abs() + 3.0 * self.variance.map(f64::sqrt);
+        most.element_sum() < DARK * light.abs().element_sum()
     }
 }
 

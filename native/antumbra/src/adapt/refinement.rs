@@ -264,17 +264,29 @@ impl Refinement<'_> {
                 let Some(leaf) = mesh.leaf(uneven.element).filter(|_| mesh.may_refine(uneven.element)) else {
                     continue;
                 };
-                let deviations = if uneven.within {
-                    [0.0; 3]
-                } else {
-                    leaf.edges().map(|edge| self.shown(&leaf, layer.deviation(edge)).length_squared())
-                };
+                let deviations = if uneven.within { [0.0; 3] } else { self.wishes(mesh, layer, &leaf) };
                 mesh.refine(uneven.element, deviations, &mut fresh);
                 removed += mesh.removes() * uneven.squared_error;
             }
             layer.extend(mesh.samples());
         }
         Ok(false)
+    }
+
+    /// How much each edge of a leaf wants to be split.
+    ///
+    /// Shadows have an edge, along which elements are to be long. Where rays tell the light it is smooth, and what the rays
+    /// err by would be followed: there, long edges are preferred.
+    fn wishes(&self, mesh: &impl Refinable, layer: &Layer, leaf: &Leaf) -> [f64; 3] {
+        leaf.edges().map(|edge| {
+            let squared = self.shown(leaf, layer.deviation(edge)).length_squared();
+            let [a, b] = [edge.0, edge.1].map(|s| mesh.samples()[s.index()].position);
+            if matches!(self.hidden, Hidden::Crevices { .. }) {
+                squared * a.distance_squared(b)
+            } else {
+                squared
+            }
+        })
     }
 
     /// Moves the progress bar: the logarithm of the error falls about as fast as the work gets done.

@@ -69,8 +69,7 @@ pub(super) fn graded(
     }
     let on_outline = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(&from, &to)| [from, to]);
     for ends in on_outline.chain(pieces.iter().map(|piece| piece.ends)) {
-        let [from, to] =
-            ends.map(|end| spade::handles::FixedVertexHandle::from_index(end as usize));
+        let [from, to] = ends.map(|end| spade::handles::FixedVertexHandle::from_index(end as usize));
         if plane.try_add_constraint(from, to).len() != 1 {
             return None;
         }

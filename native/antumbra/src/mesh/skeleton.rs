@@ -91,9 +91,9 @@ fn border_points(
             let corners = world.corners(face);
             for k in 0..3 {
                 let edge = edge_key(face.vertices[k], face.vertices[(k + 1) % 3]);
-                border.entry(edge).or_insert_with(|| {
-                    grading.on_edge(corners[k].distance(corners[(k + 1) % 3])).collect()
-                });
+                border
+                    .entry(edge)
+                    .or_insert_with(|| grading.on_edge(corners[k].distance(corners[(k + 1) % 3])).collect());
             }
         }
     }

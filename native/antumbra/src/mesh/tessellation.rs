@@ -53,6 +53,8 @@ pub(crate) struct Tessellation<'a> {
     pub(crate) shared_samples: usize,
     /// No edge is flipped into one longer than this, metres.
     pub(crate) longest_edge: f64,
+    /// No flip makes a triangle of less height than this share of its longest edge.
+    pub(crate) flattest: f64,
     edges: FxHashMap<(VertexId, VertexId), SmallVec<[ElementId; 2]>>,
 }
 
@@ -75,6 +77,7 @@ impl<'a> Tessellation<'a> {
             deepest,
             shared_samples: 0,
             longest_edge: f64::INFINITY,
+            flattest: FLATTEST,
             edges: FxHashMap::default(),
         }
     }
@@ -300,7 +303,7 @@ impl<'a> Tessellation<'a> {
     fn is_wide_enough(&self, tile: &Tile) -> bool {
         let [a, b, c] = tile.vertices.map(|v| self.positions[v.index()]);
         let longest = longest_edge([a, b, c]);
-        double_area(tile.points) > 0 && (b - a).cross(c - a).length() >= FLATTEST * longest * longest
+        double_area(tile.points) > 0 && (b - a).cross(c - a).length() >= self.flattest * longest * longest
     }
 
     /// The two tiles on an edge as they would be after a flip, if that is possible: same face, same samples, no line,

@@ -234,9 +234,7 @@ impl<'a> Looking<'a> {
             })
             .collect();
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
-            (sides.clone().into_par_iter())
-                .map(|side| self.rows.reflected(side, radiosity))
-                .collect()
+            (sides.clone().into_par_iter()).map(|side| self.rows.reflected(side, radiosity)).collect()
         };
         let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
         let early = |radiosity: &[DVec3]| -> Vec<DVec3> {

@@ -1,4 +1,4 @@
-//! The two ways to exchange light, behind one front.
+//! The ways to exchange light, behind one front.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use crate::transport::looking::Looking;
 use crate::transport::secondary::Reflector;
 use crate::transport::shooting::Shooting;
 
-/// A solution on its way, one way or the other.
+/// A solution on its way.
 pub(crate) enum Solution<'a> {
     Shooting(Box<Shooting<'a>>),
     Hierarchical(Box<Hierarchical<'a>>),

@@ -208,10 +208,8 @@ fn a_small_outline_on_a_large_face_is_joined_to_it_by_well_shaped_triangles() {
     let shape = [DVec2::ZERO, DVec2::new(8.0, 0.0), DVec2::new(0.0, 8.0)];
     let (x, y, size) = (GRID / 5, GRID / 3, GRID / 200);
     let corners = [at(x, y), at(x + size, y), at(x + size, y + size), at(x, y + size)];
-    let lines = [0, 1, 2, 3].map(|k| Line {
-        ends: [corners[k], corners[(k + 1) % 4]],
-        kind: LineKind::Contact,
-    });
+    let lines =
+        [0, 1, 2, 3].map(|k| Line { ends: [corners[k], corners[(k + 1) % 4]], kind: LineKind::Contact });
     let grading = Grading { longest: 1.0, least_area: 1e-4 };
     let positions: Vec<i32> = grading.on_edge(8.0).collect();
     let on_diagonal: Vec<i32> = grading.on_edge(128.0_f64.sqrt()).collect();
