@@ -91,7 +91,7 @@ def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
     report = bake.finish()
 
     # Write the files
-    bpy.ops.wm.save_as_mainfile(filepath=str(target.output), copy=True, check_existing=False)
+    _save(target.output)
     if target.report is not None:
         target.report.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     if target.report_page is not None:
@@ -104,6 +104,13 @@ def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
         else:
             export_glb(scene_of(bpy.context), target.glb)
     return report
+
+
+def _save(output: Path) -> None:
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
+    except RuntimeError as error:
+        raise InputError(f"{output} could not be written: {str(error).strip().splitlines()[-1]}") from None
 
 
 def _settings(assignments: tuple[str, ...]) -> Settings:

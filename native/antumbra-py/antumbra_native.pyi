@@ -196,6 +196,9 @@ def start(
     light of up to verify_points random points is compared with light along random paths, for the report.
     """
 
+def _start_failing(scene: Scene) -> Job:
+    """Start a job whose solver panics: for tests of what becomes of a bug."""
+
 @final
 class Job:
     """A running bake. Dropping it cancels the bake and waits for its thread."""

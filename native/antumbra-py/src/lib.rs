@@ -29,5 +29,6 @@ fn antumbra_native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<job::Progress>()?;
     module.add_class::<bake::Bake>()?;
     module.add_class::<bake::BakedMesh>()?;
+    module.add_function(wrap_pyfunction!(job::start_failing, module)?)?;
     module.add_function(wrap_pyfunction!(start::start, module)?)
 }

@@ -134,7 +134,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
     let errors = solver.relative_errors(&display);
-    let meshes = weld(input, &world, &display, &display.layers(indirect_scale), &errors, settings);
+    let meshes = weld(input, &world, &display, &solver.layers(&display, indirect_scale), &errors, settings);
     monitor.check()?;
     let mut iterations = solver.iterations.take();
     let verification = match solver.verifier.take() {
@@ -549,10 +549,21 @@ impl<'a> Solver<'a> {
         self.monitor.report(Progress { stage, ..self.monitor.progress() });
     }
 
+    /// Per kind of light what arrives. A solution errs by some billionths, in the dark also downwards: there only a negative
+    /// lamp takes light away.
+    fn layers(&self, display: &Display, indirect_scale: DVec3) -> [Vec<DVec3>; 2] {
+        let mut layers = display.layers(indirect_scale);
+        if !self.world.has_negative_light() {
+            let lights = layers.iter_mut().flatten();
+            lights.for_each(|light| *light = DVec3::select(light.cmplt(DVec3::ZERO), DVec3::ZERO, *light));
+        }
+        layers
+    }
+
     /// Shows the mesh with the light found so far to a caller who asked for it.
     fn show(&self, display: &Display) {
-        let welded =
-            || weld(self.input, self.world, display, &display.layers(DVec3::ONE), &[], self.settings);
+        let layers = || self.layers(display, DVec3::ONE);
+        let welded = || weld(self.input, self.world, display, &layers(), &[], self.settings);
         self.monitor.show(welded);
     }
 

@@ -1,4 +1,4 @@
-//! Developer tasks: `cargo xtask bake | test | extension | study | plan | figure | tutorial`.
+//! Developer tasks: `cargo xtask bake | test | extension | study | plan | robustness | fuzz | figure | tutorial`.
 //!
 //! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
 //!
@@ -9,6 +9,7 @@
 //! blender-user/     one user folder per Blender, so that the developer's own is never touched
 //! bake/             what `cargo xtask bake` writes
 //! study/            what `cargo xtask study` writes
+//! robustness/       what `cargo xtask robustness` writes
 //! ```
 
 mod bake;
@@ -17,9 +18,11 @@ mod extension;
 mod failure;
 mod figure;
 mod files;
+mod fuzz;
 mod host;
 mod plan;
 mod progress;
+mod robustness;
 mod study;
 mod summary;
 mod test;
@@ -51,6 +54,10 @@ enum Task {
     Study(study::Options),
     /// Measure what the plan's switches save.
     Plan,
+    /// Measure how the solver bears stiff and extreme scenes.
+    Robustness(robustness::Options),
+    /// Try random bytes as scenes, lines and polygons, with cargo-fuzz.
+    Fuzz(fuzz::Options),
     /// Take the pictures of addon/manual/tutorial.md in Blender's window.
     Tutorial(tutorial::Options),
     /// Draw two methods side by side, meshes above, light below.
@@ -64,6 +71,8 @@ fn main() -> ExitCode {
         Task::Extension(options) => extension::run(&options),
         Task::Study(options) => study::run(&options),
         Task::Plan => plan::run(),
+        Task::Robustness(options) => robustness::run(&options),
+        Task::Fuzz(options) => fuzz::run(&options),
         Task::Figure(options) => figure::run(&options),
         Task::Tutorial(options) => tutorial::run(&options),
     };
