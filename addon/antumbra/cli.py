@@ -7,7 +7,8 @@ for each file that was not baked.
 
 Progress goes to stdout, as `bar` in lines like `antumbra:  42 % shooting light, 1,234 elements`, as `json` in one
 object a line: {"file", "stage", "fraction", "shots", "elements", "unshot"}, and for each file at its end {"file",
-"stage", "fraction", "triangles", "seconds", "verified", "warnings", "output"} or {"file", "stage", "error"}.
+"stage", "fraction", "triangles", "seconds", "verified", "estimated", "warnings", "output"} or {"file", "stage",
+"error"}.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from .bridge.surroundings import scene_of
 from .core.arguments import COMMAND, Arguments, Target, parse
 from .core.bake import Progress
 from .core.errors import BakeError, InputError, SolverBugError
-from .core.report import verified_error
+from .core.report import error_text, verified_error
 from .core.report_page import curve_csv, page
 from .core.settings import Settings, parse_assignments
 
@@ -90,7 +91,7 @@ def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
     report = bake.finish()
 
     # Write the files
-    bpy.ops.wm.save_as_mainfile(filepath=str(target.output), copy=True, check_existing=False)
+    _save(target.output)
     if target.report is not None:
         target.report.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     if target.report_page is not None:
@@ -103,6 +104,13 @@ def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
         else:
             export_glb(scene_of(bpy.context), target.glb)
     return report
+
+
+def _save(output: Path) -> None:
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
+    except RuntimeError as error:
+        raise InputError(f"{output} could not be written: {str(error).strip().splitlines()[-1]}") from None
 
 
 def _settings(assignments: tuple[str, ...]) -> Settings:
@@ -159,7 +167,6 @@ def _tell(report: dict[str, Any], target: Target, arguments: Arguments) -> None:
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
     for warning in report["warnings"]:
         print(f"{COMMAND}: warning: {warning}", file=sys.stderr)
-    error = verified_error(report)
     if arguments.progress == "json":
         _print_json(
             file=str(target.file),
@@ -167,11 +174,13 @@ def _tell(report: dict[str, Any], target: Target, arguments: Arguments) -> None:
             fraction=1.0,
             triangles=result["triangles"],
             seconds=round(seconds, 3),
-            verified=error,
+            verified=verified_error(report),
+            estimated=result["estimated_error"],
             warnings=report["warnings"],
             output=str(target.output),
         )
     else:
+        error = error_text(report)
         of = f", {error}" if error else ""
         print(f"{COMMAND}: {result['triangles']:,} triangles in {seconds:.1f} s{of} -> {target.output}", flush=True)
 

@@ -196,6 +196,9 @@ def start(
     light of up to verify_points random points is compared with light along random paths, for the report.
     """
 
+def _start_failing(scene: Scene) -> Job:
+    """Start a job whose solver panics: for tests of what becomes of a bug."""
+
 @final
 class Job:
     """A running bake. Dropping it cancels the bake and waits for its thread."""
@@ -292,6 +295,12 @@ class BakedMesh:
     @property
     def corner_radiance(self) -> NDArray[np.float32]:
         """(T, 3, 3) scene-linear rgb per corner, B/pi or H/pi, never clipped."""
+    @property
+    def corner_error(self) -> NDArray[np.float32] | None:
+        """(T, 3) rms error that the solver estimates around each corner, as a share of the mean light.
+
+        0 where the light is even and where nothing was refined; None in a preview.
+        """
     @property
     def corner_direct(self) -> NDArray[np.float32] | None:
         """(T, 3, 3) the part of it that comes from emitters, the surface's own emission included.

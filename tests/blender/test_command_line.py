@@ -36,7 +36,7 @@ def test_writes_the_bake_its_report_and_its_export(blend, tmp_path):
     assert run("--output", output, "--report", report, "--glb", glb, "--set", "tolerance=0.1") == 0
 
     written = json.loads(report.read_text())
-    assert list(written) == ["version", "settings", "scene", "timings", "timeline", "result", "warnings"]
+    assert list(written) == ["version", "settings", "scene", "timings", "memory", "timeline", "result", "warnings"]
     assert written["settings"]["tolerance"] == 0.1
     assert written["scene"]["objects"] == 2
     assert written["result"]["triangles"] > 14
@@ -62,10 +62,10 @@ def test_writes_the_report_as_a_page_and_its_course(blend, tmp_path):
     written = ("--output", tmp_path / "out.blend", "--report-page", page, "--report-csv", course)
     assert run(*written, "--set", "tolerance=0.1") == 0
     html = page.read_text(encoding="utf-8")
-    assert html.count("<figure") == 3
+    assert html.count("<figure") == 6
     assert "verified error" in html
     lines = course.read_text(encoding="utf-8").splitlines()
-    assert lines[0] == "time_s,shots,elements,vertices,unshot,error,error_low,error_high"
+    assert lines[0] == "time_s,shots,elements,vertices,unshot,error,error_low,error_high,estimated"
     assert len(lines) > 3
 
 

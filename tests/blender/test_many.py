@@ -65,6 +65,8 @@ def unrefined(scene):
                 corner_barycentric=np.tile(np.eye(3), (count, 1, 1)),
                 source_edge=np.tile(np.array([0, 1, 2], dtype=np.int8), (count, 1)),
                 corner_radiance=np.ones((count, 3, 3), dtype=np.float32),
+                edge_line=np.zeros((count, 3), dtype=np.int8),
+                corner_error=None,
                 corner_direct=None,
                 corner_indirect=None,
             )

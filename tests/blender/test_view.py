@@ -30,7 +30,7 @@ def stored():
 
 def test_every_way_to_look_leaves_the_stored_light_and_the_way_back_leaves_nothing(baked):
     view, before = bpy.context.scene.antumbra_view, fingerprint()
-    for mode in ("EXPOSED", "FALSE_COLOURS", "STORED"):
+    for mode in ("EXPOSED", "FALSE_COLOURS", "ERROR", "STORED"):
         light = stored()
         view.mode = mode
         assert stored() == light
@@ -60,6 +60,22 @@ def test_false_colours_tell_the_brightest_and_follow_the_range(baked):
     by_light = np.argsort(radiance(plane)[:, 1])
     shown = colours(plane, "Radiosity View") @ (0.2126, 0.7152, 0.0722)
     assert shown[by_light[-1]] > shown[by_light[0]]
+
+
+def test_the_error_is_told_in_per_cent_and_is_largest_where_the_light_changes(baked):
+    view = bpy.context.scene.antumbra_view
+    view.mode = "ERROR"
+    end, unit = module("bridge.view").range_of(bpy.context.scene)
+    assert unit == "%"
+    assert 0.0 < end <= 100.0
+    errors = [np.empty(len(mesh.loops), dtype=np.float32) for mesh in baked]
+    for mesh, values in zip(baked, errors, strict=True):
+        if "antumbra_error" in mesh.attributes:
+            mesh.attributes["antumbra_error"].data.foreach_get("value", values)
+            darker = colours(mesh, "Radiosity View")[values.argmin()] @ (0.2126, 0.7152, 0.0722)
+            brighter = colours(mesh, "Radiosity View")[values.argmax()] @ (0.2126, 0.7152, 0.0722)
+            assert brighter > darker
+    assert any("antumbra_error" in mesh.attributes for mesh in baked)
 
 
 def test_light_only_is_shown_in_lux():

@@ -55,6 +55,7 @@ class Refined:
     source_edge: np.ndarray
     edge_line: np.ndarray
     corner_radiance: np.ndarray
+    corner_error: np.ndarray | None = None
     corner_direct: np.ndarray | None = None
     corner_indirect: np.ndarray | None = None
 

@@ -32,6 +32,7 @@ def test_shapes_and_types(bake: antumbra_native.Bake) -> None:
         "corner_barycentric": ((t, 3, 3), np.float64),
         "source_edge": ((t, 3), np.int8),
         "corner_radiance": ((t, 3, 3), np.float32),
+        "corner_error": ((t, 3), np.float32),
     }
     assert {name: (getattr(mesh, name).shape, getattr(mesh, name).dtype) for name in wanted} == wanted
 
@@ -69,7 +70,7 @@ def test_every_vertex_lies_where_its_source_triangle_says(bake: antumbra_native.
 
 def test_report_is_json(bake: antumbra_native.Bake) -> None:
     report = json.loads(bake.report)
-    assert set(report) == {"scene", "timings", "timeline", "result", "warnings"}
+    assert set(report) == {"scene", "timings", "memory", "timeline", "result", "warnings"}
     assert report["scene"]["objects"] == 2
     assert report["result"]["triangles"] == len(bake.meshes[0].triangles)
     assert report["result"]["vertices"] == len(bake.meshes[0].positions)

@@ -9,7 +9,8 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 from antumbra.bridge import solver
 from antumbra.core.bake import Bake
-from antumbra.core.plots import Axis, Line, plot
+from antumbra.core.plots import Axis, Line, Mark, plot, scatter
+from antumbra.core.report import error_text
 from antumbra.core.report_page import curve_csv, page
 from antumbra.core.settings import Settings
 from test_bake import lit_quad
@@ -34,7 +35,7 @@ def test_the_page_is_well_formed_and_names_the_error(report):
     html = page(report).removeprefix("<!doctype html>\n").replace('<meta charset="utf-8">', "")
     root = ElementTree.fromstring(html)
     verified = report["result"]["verification"] is not None
-    assert len(list(root.iter("figure"))) == 2 + verified
+    assert len(list(root.iter("figure"))) == 2 + 4 * verified
     text = "".join(root.itertext())
     assert ("verified error" in text) == verified
     assert "<script>alert('&')</script>" in text
@@ -47,6 +48,20 @@ def test_the_course_has_a_line_for_each_iteration(report):
         assert float(row["time_s"]) == step["time_s"]
         assert int(row["elements"]) == step["elements"]
         assert row["error"] == ("" if step["error"] is None else str(step["error"][0]))
+
+
+def test_the_solvers_own_estimate_stands_beside_the_verified_error(report):
+    assert 0.0 < report["result"]["estimated_error"] < 0.05
+    assert "estimated" in error_text(report)
+    assert "as the solver estimates it" in page(report) or report["result"]["verification"] is None
+    last = list(csv.DictReader(io.StringIO(curve_csv(report))))[-1]
+    assert float(last["estimated"]) == report["result"]["estimated_error"]
+
+
+def test_the_solver_tells_the_memory_that_it_took(report):
+    # Far more than the quad, far less than a gigabyte
+    assert 10_000 < report["memory"]["peak_bytes"] < 1e9
+    assert "MB at most" in page(report)
 
 
 SECONDS, SHARE = Axis("s", lambda x: f"{x:g}"), Axis("share", lambda y: f"{y:g}")
@@ -72,6 +87,15 @@ def test_a_plots_axis_holds_round_values(ys, labels):
     root = ElementTree.fromstring(plot([Line("flat", [0.0, 1.0], ys)], SECONDS, SHARE))
     texts = [text.text for text in root.iter("text")]
     assert set(labels) <= set(texts)
+
+
+def test_marks_lie_as_their_places_do_and_tell_signs_and_sizes():
+    root = ElementTree.fromstring(scatter([Mark(0.0, 0.0, 0.1), Mark(2.0, 1.0, -0.4), Mark(1.0, 0.0, 0.0)], "x", "y"))
+    small, middle, large = [{name: c.get(name) for name in ("cx", "cy", "r", "fill")} for c in root.iter("circle")]
+    assert float(middle["cx"]) < float(small["cx"]) < float(large["cx"])
+    assert float(large["cy"]) < float(middle["cy"])
+    assert float(large["r"]) == pytest.approx(2.0 * float(middle["r"]), rel=0.02)
+    assert large["fill"] != middle["fill"]
 
 
 def test_nothing_is_said_where_there_is_nothing_to_plot():

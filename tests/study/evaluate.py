@@ -42,6 +42,7 @@ class Result:
     triangles: int
     solve_s: float
     cpu_s: float
+    peak_bytes: int | None
     ended_by: str
     error: float
     error_low: float
@@ -102,6 +103,7 @@ def collect(folder: Path, study: dict[str, Any]) -> tuple[list[Result], list[str
                     triangles=result["triangles"],
                     solve_s=timings["solve_s"],
                     cpu_s=timings["cpu_s"],
+                    peak_bytes=report.get("memory", {}).get("peak_bytes"),
                     ended_by=result["ended_by"],
                     error=error.value,
                     error_low=error.low,
@@ -119,17 +121,18 @@ def collect(folder: Path, study: dict[str, Any]) -> tuple[list[Result], list[str
 def result_lines(results: Iterable[Result]) -> list[str]:
     """A Markdown table of every bake."""
     lines = [
-        "| scene | method | tolerance | vertices | solve s | CPU s | error (95 %) | verified by the bake (95 %) | |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| scene | method | tolerance | vertices | solve s | CPU s | MB | error (95 %) | verified by the bake | |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for r in results:
         notes = [] if r.reached else [f"not reached ({r.ended_by.replace('_', ' ')})"]
         said = "–"
         if r.verified is not None and r.verified_low is not None and r.verified_high is not None:
             said = f"{100 * r.verified:.2f} % ({100 * r.verified_low:.2f}–{100 * r.verified_high:.2f})"
+        memory = "–" if r.peak_bytes is None else f"{r.peak_bytes / 1e6:.0f}"
         notes += [f"{r.missing} points not found"] if r.missing else []
         lines.append(
-            f"| {r.scene} | {r.method} | {r.tolerance:g} | {r.vertices:,} | {r.solve_s:.2f} | {r.cpu_s:.2f} "
+            f"| {r.scene} | {r.method} | {r.tolerance:g} | {r.vertices:,} | {r.solve_s:.2f} | {r.cpu_s:.2f} | {memory} "
             f"| {100 * r.error:.2f} % ({100 * r.error_low:.2f}–{100 * r.error_high:.2f}) | {said} "
             f"| {', '.join(notes)} |"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error against vertices and against time, one picture per scene."""
+"""Error against vertices, time and memory, one picture per scene."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +19,9 @@ LOOKS = {"UNIFORM": ("#888888", "s"), "AS": ("#d95f02", "o"), "DM": ("#7570b3", 
 LOOKS |= {f"CYCLES{n}": (c, "x") for n, c in ((16, "#fdd0a2"), (64, "#c6a5d8"), (256, "#9970ab"), (1024, "#40004b"))}
 
 
+# What bakes are compared by: a property, its title, and its unit in that of the property.
+SIZES = (("vertices", "vertices", 1.0), ("cpu_s", "processor time, s", 1.0), ("peak_bytes", "memory to solve, MB", 1e6))
+
 SMALLEST_SHOWN = 1e-4
 
 
@@ -37,6 +40,8 @@ class Measured(Protocol):
     @property
     def cpu_s(self) -> float: ...
     @property
+    def peak_bytes(self) -> int | None: ...
+    @property
     def error(self) -> float: ...
     @property
     def error_low(self) -> float: ...
@@ -47,14 +52,16 @@ class Measured(Protocol):
 
 
 def plot_scene(results: Sequence[Measured], title: str, path: Path) -> None:
-    """Draw both plots side by side; an open mark is a bake that a limit ended."""
-    figure, axes = pyplot.subplots(1, 2, figsize=(10.0, 4.2), sharey=True, layout="constrained")
-    for axis, size, label in zip(axes, ("vertices", "cpu_s"), ("vertices", "processor time, s"), strict=True):
+    """Draw all plots side by side; an open mark is a bake that a limit ended."""
+    figure, axes = pyplot.subplots(1, len(SIZES), figsize=(15.0, 4.2), sharey=True, layout="constrained")
+    for axis, (size, label, unit) in zip(axes, SIZES, strict=True):
         for method, (colour, mark) in LOOKS.items():
-            own = sorted((r for r in results if r.method == method), key=lambda r: r.vertices)
+            # Of Cycles' bakes the memory is not known.
+            known = (r for r in results if r.method == method and getattr(r, size) is not None)
+            own = sorted(known, key=lambda r: r.vertices)
             if not own:
                 continue
-            xs, ys = [getattr(r, size) for r in own], [100.0 * r.error for r in own]
+            xs, ys = [getattr(r, size) / unit for r in own], [100.0 * r.error for r in own]
             bars = [
                 [100.0 * (r.error - r.error_low) for r in own],
                 [100.0 * (r.error_high - r.error) for r in own],

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.carry import LINE
+from ..core.carry import ERROR, LINE
 from ..core.colours import LIGHT
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from .attribute_types import STRUCTURE, read_attribute
@@ -60,7 +60,11 @@ def read_attributes(mesh: bpy.types.Mesh) -> tuple[list[Attribute], list[str]]:
     for attribute in mesh.attributes:
         # Names with a dot are Blender's own and hidden: selection, visibility, pins. Seams were one of them before 4.4.
         hidden = attribute.is_internal or attribute.name.startswith(".")
-        if attribute.name in STRUCTURE or attribute.name in (*LIGHT, LINE) or (hidden and attribute.name != ".uv_seam"):
+        if (
+            attribute.name in STRUCTURE
+            or attribute.name in (*LIGHT, LINE, ERROR)
+            or (hidden and attribute.name != ".uv_seam")
+        ):
             continue
         copy = read_attribute(attribute, sizes[attribute.domain])
         if copy is None:

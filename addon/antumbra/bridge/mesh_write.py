@@ -13,6 +13,7 @@ from ..core.carry import (
     carry_attribute,
     carry_edge_attribute,
     carry_normals,
+    error_attribute,
     line_attribute,
     source_edge_of_corner,
 )
@@ -56,11 +57,14 @@ def write_mesh(
     _write_edge_attributes(mesh, [a for a in attributes if a.domain == "EDGE"], surface, baked)
     activate_uv_maps(mesh, surface)
 
-    # Light, and the lines that it has
+    # Light, the lines that it has, and its error
     if baked.edge_line.any():
         lines = line_attribute(baked, _edge_of_corner(mesh), len(mesh.edges))
         if lines is not None:
             write_attribute(mesh, lines)
+    errors = error_attribute(baked)
+    if errors is not None:
+        write_attribute(mesh, errors)
     for layer in light_attributes(baked, settings):
         write_attribute(mesh, layer)
     mesh.color_attributes.active_color_name = RADIOSITY

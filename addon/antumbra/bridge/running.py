@@ -20,7 +20,7 @@ from ..core.bake import Bake, Progress
 from ..core.errors import BakeError
 from ..core.live import live_triangles as live_triangles_of
 from ..core.record import FloatArray
-from ..core.report import verified_error
+from ..core.report import error_text
 from .surroundings import windows
 from .view_properties import view_of
 
@@ -167,7 +167,7 @@ def outcome_of(report: dict[str, Any]) -> tuple[str, list[str]]:
     """Icon and lines for a finished bake."""
     result, timings, warnings = report["result"], report["timings"], report["warnings"]
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
-    error = verified_error(report)
+    error = error_text(report)
     lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *([error] if error else []), *warnings]
     return ("ERROR" if warnings else "CHECKMARK"), lines
 

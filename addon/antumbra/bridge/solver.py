@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 import antumbra_native
 
@@ -12,6 +12,7 @@ from ..core.bake import Job, Progress, Solution
 from ..core.carry import BakedMesh
 from ..core.errors import BakeError, CancelledError, InputError, NoLightError, SettingError, SolverBugError
 from ..core.record import AreaLight, PointLight, SceneRecord, Sun
+from ..core.reproduction import Calls
 from ..core.settings import Settings
 
 _Result = TypeVar("_Result")
@@ -31,6 +32,13 @@ _ERRORS: tuple[tuple[type[Exception], type[BakeError]], ...] = (
 def start(scene: SceneRecord, settings: Settings) -> Job:
     """Hand the scene over and start the solver in a thread of its own."""
     native = antumbra_native.Scene()
+    _tell(native, scene)
+    arguments = _arguments(settings)
+    job = _translated(lambda: antumbra_native.start(native, **arguments))
+    return _Job(job, scene, arguments)
+
+
+def _tell(native: antumbra_native.Scene, scene: SceneRecord) -> None:
     for material in scene.materials:
         native.add_material(
             material.name,
@@ -56,23 +64,22 @@ def start(scene: SceneRecord, settings: Settings) -> Job:
         _add_light(native, light, scene)
     if scene.sky is not None:
         native.set_sky(scene.sky.name, scene.sky.exitance_rgb)
-    job = _translated(
-        lambda: antumbra_native.start(
-            native,
-            method=settings.method,
-            tolerance=settings.tolerance,
-            element_size=settings.element_size,
-            max_level=settings.max_level,
-            max_blockers=settings.max_blockers,
-            time_limit=settings.time_limit,
-            triangle_budget=settings.triangle_budget,
-            quantity=settings.quantity,
-            transport=settings.transport,
-            layers=settings.layers,
-            verify_points=settings.verify_points,
-        )
-    )
-    return _Job(job)
+
+
+def _arguments(settings: Settings) -> dict[str, Any]:
+    return {
+        "method": settings.method,
+        "tolerance": settings.tolerance,
+        "element_size": settings.element_size,
+        "max_level": settings.max_level,
+        "max_blockers": settings.max_blockers,
+        "time_limit": settings.time_limit,
+        "triangle_budget": settings.triangle_budget,
+        "quantity": settings.quantity,
+        "transport": settings.transport,
+        "layers": settings.layers,
+        "verify_points": settings.verify_points,
+    }
 
 
 def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLight, scene: SceneRecord) -> None:
@@ -116,8 +123,10 @@ def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLigh
 class _Job:
     """A native job that raises BakeError."""
 
-    def __init__(self, job: antumbra_native.Job) -> None:
+    def __init__(self, job: antumbra_native.Job, scene: SceneRecord, arguments: dict[str, Any]) -> None:
         self._job = job
+        self._scene = scene
+        self._arguments = arguments
 
     def progress(self) -> Progress:
         return self._job.progress()
@@ -135,7 +144,20 @@ class _Job:
         return self._job.done()
 
     def result(self) -> Solution:
-        return _translated(self._job.result)
+        try:
+            return _translated(self._job.result)
+        except SolverBugError as error:
+            raise SolverBugError(self._with_file(str(error))) from error
+
+    def _with_file(self, message: str) -> str:
+        """The message with a file to report, if there is room for one."""
+        calls = Calls()
+        _tell(cast("antumbra_native.Scene", calls), self._scene)
+        try:
+            path = calls.save(self._arguments, message)
+        except OSError:
+            return message
+        return f"{message} with {path}, which holds the scene's geometry, materials and lights"
 
 
 def _translated(call: Callable[[], _Result]) -> _Result:

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..core.carry import ERROR
 from ..core.colours import RADIOSITY, VIEW
 from ..core.record import Attribute, FloatArray
 from ..core.view import automatic_end, exposed, false_colours, photometric, unit_of
@@ -40,6 +41,8 @@ def stored_light(mesh: Any) -> FloatArray:
 def range_of(scene: bpy.types.Scene) -> tuple[float, str]:
     """The end of the false colours' range in this scene, and its unit."""
     meshes = baked_meshes(scene)
+    if view_of(scene).mode == "ERROR":
+        return automatic_end([_error_percent(mesh) for mesh in meshes]), "%"
     is_irradiance = any(mesh.get(IRRADIANCE) for mesh in meshes)
     end = float(view_of(scene).range_end)
     if end <= 0.0:
@@ -57,17 +60,35 @@ def show(scene: bpy.types.Scene) -> None:
                 mesh.attributes.remove(mesh.attributes[VIEW])
             _activate(mesh, RADIOSITY)
         return
-    end = range_of(scene)[0] if view.mode == "FALSE_COLOURS" else 0.0
+    end = range_of(scene)[0] if view.mode in ("FALSE_COLOURS", "ERROR") else 0.0
     for mesh in meshes:
+        if view.mode == "ERROR":
+            errors = false_colours(_error_percent(mesh), end)
+            _write(mesh, "CORNER", np.concatenate([errors, np.ones((len(errors), 1))], axis=1))
+            continue
         light = stored_light(mesh)
         shown = np.ones_like(light)
         if view.mode == "FALSE_COLOURS":
             shown[:, :3] = false_colours(photometric(light[:, :3], bool(mesh.get(IRRADIANCE))), end)
         else:
             shown[:, :3] = exposed(light[:, :3], view.exposure)
-        domain = mesh.attributes[RADIOSITY].domain
-        write_attribute(mesh, Attribute(VIEW, domain, "FLOAT_COLOR", shown, blends=True))
-        _activate(mesh, VIEW)
+        _write(mesh, mesh.attributes[RADIOSITY].domain, shown)
+
+
+def _error_percent(mesh: Any) -> FloatArray:
+    """(C,) per corner: the error that the solver estimated, in per cent of the mean light; 0 where it told none."""
+    errors = np.zeros(len(mesh.loops), dtype=np.float32)
+    if ERROR in mesh.attributes:
+        mesh.attributes[ERROR].data.foreach_get("value", errors)
+    return errors * np.float32(100.0)
+
+
+def _write(mesh: Any, domain: str, colours: Any) -> None:
+    """Show (N, 4) colours of a domain."""
+    if VIEW in mesh.attributes and mesh.attributes[VIEW].domain != domain:
+        mesh.attributes.remove(mesh.attributes[VIEW])
+    write_attribute(mesh, Attribute(VIEW, domain, "FLOAT_COLOR", colours, blends=True))
+    _activate(mesh, VIEW)
 
 
 def _activate(mesh: Any, name: str) -> None:

@@ -29,6 +29,11 @@ class AntumbraView(PropertyGroup):
             ("STORED", "Stored Light", "The light as it is stored; brighter than 1 looks like 1"),
             ("EXPOSED", "Exposed", "The light times a preview exposure, for rooms that are too dark or too bright"),
             ("FALSE_COLOURS", "False Colours", "Illuminance in lux, or luminance in cd/m², with a legend"),
+            (
+                "ERROR",
+                "Error",
+                "How far the light is off by the solver's own estimate, in % of its mean, with a legend",
+            ),
         ],
         update=_show,
     )

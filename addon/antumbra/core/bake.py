@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
 from .carry import BakedMesh
-from .errors import BakeError, InputError, NoLightError
+from .errors import BakeError, InputError, MemoryShortageError, NoLightError
+from .memory import free_bytes
+from .preflight import bytes_text, estimate
 from .record import SceneRecord
 from .report import Timings, assemble
 from .settings import Settings
@@ -91,9 +93,19 @@ class Bake:
         self._scene = self._host.read(self._settings)
         if not any(record.receives for record in self._scene.objects):
             raise InputError("there is nothing to bake: no receiving mesh object has a face with area")
+        self._refuse_what_memory_cannot_hold()
         self._read_s = time.perf_counter() - read_start
         self._solve_start = time.perf_counter()
         self._job = self._start(self._scene, self._settings)
+
+    def _refuse_what_memory_cannot_hold(self) -> None:
+        """Memory that runs out ends the whole program: what is known to need more than there is must not begin."""
+        needed, free = estimate(self._scene, self._settings, cores=1).bytes[0], free_bytes()
+        if free is not None and needed > free:
+            raise MemoryShortageError(
+                f"this bake takes at least {bytes_text(needed)} of memory and {bytes_text(free)} are free: "
+                "bake fewer objects at a time, or simpler ones"
+            )
 
     @property
     def job(self) -> Job:

@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from .lights import Floats
 from .record import Attribute, FloatArray, IntArray, Surface
 
+ERROR = "antumbra_error"
+"""Name of the corner attribute with the error that the solver estimates there, as a share of the mean light."""
+
 LINE = "antumbra_line"
 """Name of the edge attribute with the lines: 1 where the slope of light changes, 2 where a sharp shadow ends, 3 where
 something touches the face, 0 elsewhere."""
@@ -49,6 +52,8 @@ class BakedMesh(RefinedMesh, Protocol):
     def edge_line(self) -> NDArray[np.int8]: ...
     @property
     def corner_radiance(self) -> FloatArray: ...
+    @property
+    def corner_error(self) -> FloatArray | None: ...
     @property
     def corner_direct(self) -> FloatArray | None: ...
     @property
@@ -108,6 +113,13 @@ def line_attribute(baked: BakedMesh, baked_edge_of_corner: IntArray, baked_edges
     corners = corners[np.argsort(lines[corners], kind="stable")]
     values[baked_edge_of_corner[corners], 0] = lines[corners]
     return Attribute(LINE, "EDGE", "INT8", values, blends=False)
+
+
+def error_attribute(baked: BakedMesh) -> Attribute | None:
+    """The error that the solver estimates around each corner; None without any."""
+    if baked.corner_error is None or not baked.corner_error.any():
+        return None
+    return Attribute(ERROR, "CORNER", "FLOAT", baked.corner_error.reshape(-1, 1), blends=True)
 
 
 def carry_normals(surface: Surface, baked: RefinedMesh) -> FloatArray | None:

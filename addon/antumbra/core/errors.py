@@ -18,6 +18,10 @@ class NoLightError(InputError):
     """Nothing that was read sends light."""
 
 
+class MemoryShortageError(InputError):
+    """There is less memory than the bake takes at least."""
+
+
 class CancelledError(BakeError):
     """The user asked to cancel."""
 

@@ -77,6 +77,41 @@ def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
     return "\n".join([*parts, "</svg>"])
 
 
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A place with a signed value."""
+
+    x: float
+    y: float
+    value: float
+
+
+# Radius of the mark of the largest value, and of the smallest that is drawn: nearly all are small.
+_LARGEST, _SMALLEST = 9.0, 0.6
+
+
+def scatter(marks: Sequence[Mark], x_title: str, y_title: str) -> str:
+    """An SVG of marks at their places, both axes alike; areas as the values' sizes, colours by their signs."""
+    most = max((abs(mark.value) for mark in marks), default=0.0)
+    low_x, high_x = min(mark.x for mark in marks), max(mark.x for mark in marks)
+    low_y, high_y = min(mark.y for mark in marks), max(mark.y for mark in marks)
+    inner_width, inner_height = WIDTH - _LEFT - _RIGHT, HEIGHT - _TOP - _BOTTOM
+    scale = min(inner_width / max(high_x - low_x, 1e-9), inner_height / max(high_y - low_y, 1e-9))
+    parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(y_title)}">']
+    # Large ones last, over the others
+    for mark in sorted(marks, key=lambda mark: abs(mark.value)):
+        x = _LEFT + inner_width / 2 + scale * (mark.x - (low_x + high_x) / 2)
+        y = HEIGHT - _BOTTOM - inner_height / 2 - scale * (mark.y - (low_y + high_y) / 2)
+        radius = max(_SMALLEST, _LARGEST * math.sqrt(abs(mark.value) / most)) if most > 0.0 else _SMALLEST
+        colour = COLOURS[1] if mark.value > 0.0 else COLOURS[0]
+        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" fill="{colour}" opacity="0.7"/>')
+    parts.append(
+        f'<text x="{_LEFT + inner_width / 2:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{escape(x_title)}</text>'
+    )
+    parts.append(f'<text x="{_LEFT - 6}" y="{_TOP + inner_height / 2:.0f}" text-anchor="end">{escape(y_title)}</text>')
+    return "\n".join([*parts, "</svg>"])
+
+
 def _points(places: Sequence[tuple[float, float]]) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
 

@@ -118,7 +118,7 @@ def estimate_texts(estimated: Estimate) -> tuple[str, str, str]:
     triangles = f"{fewest:,} triangles" if fewest == most else f"{fewest:,} to {most:,} triangles"
     low, high = (_time_text(seconds) for seconds in estimated.seconds)
     time = low if low == high else f"{low} to {high}"
-    return triangles, time, f"Up to {_bytes_text(estimated.bytes[1])} of memory"
+    return triangles, time, f"Up to {bytes_text(estimated.bytes[1])} of memory"
 
 
 def _no_light(scene: SceneRecord) -> list[Finding]:
@@ -206,7 +206,7 @@ def _time_text(seconds: float) -> str:
     return f"{_two_digits(seconds / 60.0):.0f} min" if seconds < 5_400.0 else f"{_two_digits(seconds / 3_600.0):.0f} h"
 
 
-def _bytes_text(count: int) -> str:
+def bytes_text(count: int) -> str:
     return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{_two_digits(count / 1e6):.0f} MB"
 
 

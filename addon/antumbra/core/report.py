@@ -34,6 +34,15 @@ def verified_error(report: dict[str, Any]) -> str | None:
     return f"verified error {error} % ({low} to {high})" if float(error) else f"verified error below {high} %"
 
 
+def error_text(report: dict[str, Any]) -> str | None:
+    """The verified error with the solver's own estimate beside it, as far as there are such; for people."""
+    verified, estimated = verified_error(report), report["result"]["estimated_error"]
+    if estimated is None:
+        return verified
+    estimate = f"{100.0 * estimated:.2g} %"
+    return f"{verified}, estimated {estimate}" if verified else f"estimated error {estimate}"
+
+
 def assemble(settings: Settings, solver_report: str, timings: Timings, warnings: list[str]) -> dict[str, Any]:
     """Join what the solver reports (JSON) with what was measured and noticed around it."""
     solver = json.loads(solver_report)
@@ -48,6 +57,7 @@ def assemble(settings: Settings, solver_report: str, timings: Timings, warnings:
             "write_s": timings.write_s,
             "cpu_s": timings.cpu_s,
         },
+        "memory": solver["memory"],
         "timeline": solver["timeline"],
         "result": solver["result"],
         "warnings": warnings + list(solver["warnings"]),

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
-from .plots import Axis, Line, plot
-from .report import verified_error
+from .plots import Axis, Line, Mark, plot, scatter
+from .report import error_text
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
@@ -29,14 +29,18 @@ _ENDINGS = {
 }
 
 
+_ERRORS = ("error", "error_low", "error_high", "estimated")
+
+
 def curve_csv(report: dict[str, Any]) -> str:
     """The course of a bake: a line for each iteration, its error empty where it was not told."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time_s", "shots", "elements", "vertices", "unshot", "error", "error_low", "error_high"])
+    writer.writerow(["time_s", "shots", "elements", "vertices", "unshot", *_ERRORS])
     for step in report["timeline"]:
-        error = step["error"] or ["", "", ""]
-        writer.writerow([step["time_s"], step["shots"], step["elements"], step["vertices"], step["unshot"], *error])
+        counts = [step[name] for name in ("time_s", "shots", "elements", "vertices", "unshot")]
+        estimated = "" if step["estimated"] is None else step["estimated"]
+        writer.writerow([*counts, *(step["error"] or ["", "", ""]), estimated])
     return text.getvalue()
 
 
@@ -52,6 +56,7 @@ def page(report: dict[str, Any]) -> str:
         _left_out(report["result"]),
         "<h2>Error</h2>",
         _table(_error(report)),
+        *_places(report),
         *_warnings(report["warnings"]),
         "<h2>Settings</h2>",
         _table((name, str(value)) for name, value in report["settings"].items()),
@@ -64,10 +69,13 @@ def _outcome(report: dict[str, Any]) -> Iterable[tuple[str, str]]:
     scene, result, timings = report["scene"], report["result"], report["timings"]
     yield "scene", f"{scene['objects']:,} objects, {scene['triangles']:,} triangles, {scene['lights']:,} lights"
     yield "mesh", f"{result['triangles']:,} triangles, {result['vertices']:,} vertices"
-    yield "error", verified_error(report) or "not verified"
+    yield "error", error_text(report) or "not verified"
     yield "ended because", _ENDINGS.get(result["ended_by"], result["ended_by"])
     spent = ", ".join(f"{timings[f'{part}_s']:.2f} s to {part}" for part in ("read", "solve", "write"))
     yield "time", f"{spent}; {timings['cpu_s']:.2f} s of processor time"
+    peak = report["memory"]["peak_bytes"]
+    if peak is not None:
+        yield "memory", f"{peak / 1e6:,.0f} MB at most, to solve"
 
 
 def _plots(timeline: list[dict[str, Any]]) -> Iterable[str]:
@@ -81,7 +89,14 @@ def _plots(timeline: list[dict[str, Any]]) -> Iterable[str]:
             [error for error, _, _ in errors],
             [(low, high) for _, low, high in errors],
         )
-        drawing = plot([line], time, Axis("verified error, share of the mean light", lambda y: f"{100.0 * y:g} %"))
+        guessed = [step for step in timeline if step["estimated"] is not None]
+        estimate = Line(
+            "the solver's own estimate",
+            [step["time_s"] for step in guessed],
+            [step["estimated"] for step in guessed],
+        )
+        axis = Axis("error, share of the mean light", lambda y: f"{100.0 * y:g} %")
+        drawing = plot([line, estimate] if guessed else [line], time, axis)
         yield _figure(drawing, "Verified error of what was there, with its 95 % interval, against time")
     times = [step["time_s"] for step in timeline]
     counts = [Line(name, times, [float(step[name]) for step in timeline]) for name in ("elements", "vertices")]
@@ -96,11 +111,16 @@ def _left_out(result: dict[str, Any]) -> str:
     if not skips:
         return "<p>Nothing: the scene needed everything.</p>"
     rows = "".join(
-        f"<tr><td>{escape(skip['what'])}</td><td>{escape(skip['reason'])}</td><td>{escape(skip['kind'])}</td>"
+        f"<tr><td>{escape(skip['what'])}</td><td>{escape(skip['reason'])}</td><td>{escape(_kind(skip))}</td>"
         f"<td>{escape(skip['saved'])}</td></tr>"
         for skip in skips
     )
     return f"<table><tr><th>left out</th><th>because</th><th>result</th><th>saved</th></tr>{rows}</table>"
+
+
+def _kind(skip: dict[str, Any]) -> str:
+    """What leaving something out does to the result."""
+    return "the same" if skip["kind"] == "exact" else f"off by at most {skip['bound']:.2g} tolerances more"
 
 
 def _error(report: dict[str, Any]) -> Iterable[tuple[str, str]]:
@@ -114,6 +134,9 @@ def _error(report: dict[str, Any]) -> Iterable[tuple[str, str]]:
         return f"{value:.2f} % ({low:.2f} to {high:.2f})"
 
     yield "rms error, 95 % interval", interval(verification["error"])
+    estimated = report["result"]["estimated_error"]
+    if estimated is not None:
+        yield "rms error as the solver estimates it, of its elements alone", f"{100.0 * estimated:.2g} %"
     yield "mean error", interval(verification["bias"])
     yield "99 of 100 points err less than", f"{100.0 * verification['p99']:.2f} %, noise included"
     yield "arriving power too high by", f"{100.0 * verification['energy_defect']:.2f} %"
@@ -125,6 +148,26 @@ def _error(report: dict[str, Any]) -> Iterable[tuple[str, str]]:
         f"{verification['points']:,} points by 2 × {verification['paths']:,} paths each: "
         f"{verification['rays']:,} rays, {verification['time_s']:.2f} s, {share:.0f} % of the time to solve",
     )
+
+
+_AXES = ("x", "y", "z")
+
+
+def _places(report: dict[str, Any]) -> Iterable[str]:
+    """Where the error sits: the verified points from three sides."""
+    verification = report["result"]["verification"]
+    if verification is None:
+        return
+    largest = 100.0 * max(abs(error) for *_, error in verification["places"])
+    yield "<h2>Where the error sits</h2>"
+    yield (
+        "<p>Each dot is a point that was verified, as large as what is shown there differs from the light: orange too "
+        f"bright, blue too dark. The largest is {largest:.2g} % of the mean. The noise of the "
+        "estimates is in it.</p>"
+    )
+    for title, across, up in (("from above", 0, 1), ("from the front", 0, 2), ("from the right", 1, 2)):
+        marks = [Mark(place[across], place[up], place[3]) for place in verification["places"]]
+        yield _figure(scatter(marks, f"{_AXES[across]}, m", f"{_AXES[up]}, m"), f"The error {title}")
 
 
 def _warnings(warnings: list[str]) -> Iterable[str]:

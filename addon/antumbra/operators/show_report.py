@@ -31,6 +31,10 @@ class ANTUMBRA_OT_show_report(bpy.types.Operator):
             return {"CANCELLED"}
         # Of this Blender alone, and removed with all that it leaves there
         path = Path(bpy.app.tempdir or tempfile.gettempdir(), "antumbra-report.html")
-        path.write_text(page(running.last_report), encoding="utf-8")
+        try:
+            path.write_text(page(running.last_report), encoding="utf-8")
+        except OSError as error:
+            self.report({"ERROR"}, f"The report could not be written: {error}")
+            return {"CANCELLED"}
         bpy.ops.wm.url_open(url=path.as_uri())
         return {"FINISHED"}

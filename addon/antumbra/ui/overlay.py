@@ -160,7 +160,7 @@ def _draw_legends() -> None:
     preferences: Any = context.preferences
     scale = preferences.system.ui_scale
     x, y = 70 * scale, _MARGIN * scale
-    if view.mode == "FALSE_COLOURS":
+    if view.mode in ("FALSE_COLOURS", "ERROR"):
         end, unit = range_of(scene)
         _draw_scale(x, y, scale, end, unit)
         y += 3.5 * _BAR_HEIGHT * scale

@@ -23,6 +23,7 @@ _GERMAN: Mapping[str, str] = {
     "Domain": "Domäne",
     "Draft": "Entwurf",
     "Elements": "Elemente",
+    "Error": "Fehler",
     "Exposed": "Belichtet",
     "Exposure": "Belichtung",
     "Face Corner": "Flächenecke",

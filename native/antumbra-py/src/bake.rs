@@ -45,6 +45,7 @@ pub(crate) struct BakedMesh {
     source_edge: Py<PyArray2<i8>>,
     edge_line: Py<PyArray2<i8>>,
     corner_radiance: Py<PyArray3<f32>>,
+    corner_error: Option<Py<PyArray2<f32>>>,
     corner_direct: Option<Py<PyArray3<f32>>>,
     corner_indirect: Option<Py<PyArray3<f32>>>,
 }
@@ -67,6 +68,9 @@ impl BakedMesh {
             ],
             None => [None, None],
         };
+        let corner_error = (!mesh.corner_error.is_empty())
+            .then(|| into_numpy(py, mesh.corner_error, [triangles, 3]))
+            .transpose()?;
         Ok(Self {
             object: mesh.object,
             positions: into_numpy(py, mesh.positions, [vertices, 3])?,
@@ -78,6 +82,7 @@ impl BakedMesh {
             source_edge: into_numpy(py, mesh.source_edge, [triangles, 3])?,
             edge_line: into_numpy(py, mesh.edge_line, [triangles, 3])?,
             corner_radiance: into_numpy(py, mesh.corner_radiance, [triangles, 3, 3])?,
+            corner_error,
             corner_direct,
             corner_indirect,
         })

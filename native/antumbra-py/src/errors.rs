@@ -54,6 +54,7 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let message = error.to_string();
     match error {
         Error::VertexNotFinite { object, vertex: index }
+        | Error::VertexTooFar { object, vertex: index, .. }
         | Error::NormalNotFinite { object, corner: index }
         | Error::VertexOutOfRange { object, triangle: index, .. }
         | Error::MaterialOutOfRange { object, triangle: index, .. } => {
@@ -67,6 +68,7 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         | Error::ExitanceInvalid { .. }
         | Error::LightNotFinite { .. }
         | Error::LightOutOfRange { .. }
+        | Error::LightOutline { .. }
         | Error::LinkOutOfRange { .. }
         | Error::SkyCells { .. }
         | Error::EndlessLight { .. } => invalid_scene(py, message, None, None),

@@ -14,9 +14,11 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use crate::MEMORY;
 use crate::bake::{Bake, list_of_meshes};
 use crate::detach::leave_python;
 use crate::errors::{SolverPanicError, to_python};
+use crate::scene::Scene;
 
 /// How often a waiting `result()` looks for Ctrl+C: as often as the solver looks for a cancel.
 const SIGNAL_CHECK: Duration = Duration::from_millis(50);
@@ -27,6 +29,9 @@ enum Outcome {
     Refused(antumbra::Error),
     Panicked(String),
 }
+
+/// What bakes.
+type Solver = fn(&SceneInput, &Settings, &Monitor) -> Result<antumbra::weld::Bake, antumbra::Error>;
 
 /// The running side of a job.
 struct Worker {
@@ -45,11 +50,16 @@ pub(crate) struct Job {
 impl Job {
     /// Starts the solving thread.
     pub(crate) fn spawn(scene: SceneInput, settings: Settings) -> PyResult<Self> {
+        Self::spawn_with(scene, settings, antumbra::solve::bake)
+    }
+
+    /// The same with any solver.
+    fn spawn_with(scene: SceneInput, settings: Settings, solver: Solver) -> PyResult<Self> {
         let monitor = Arc::new(Monitor::new());
         let (sender, outcome) = channel();
         let watched = Arc::clone(&monitor);
         let solve = move || {
-            let outcome = solve_caught(&scene, &settings, &watched);
+            let outcome = solve_caught(solver, &scene, &settings, &watched);
             // The input may be large: free it before the caller makes meshes of the output.
             drop(scene);
             // Nobody listens any more when the job was dropped.
@@ -65,13 +75,26 @@ impl Job {
 }
 
 /// Panics end here: unwinding into the interpreter would take Blender down with the user's unsaved work.
-fn solve_caught(scene: &SceneInput, settings: &Settings, monitor: &Monitor) -> Outcome {
+fn solve_caught(solver: Solver, scene: &SceneInput, settings: &Settings, monitor: &Monitor) -> Outcome {
     // Nothing of the scene is read again after a panic, so no half-changed state can be seen.
-    match catch_unwind(AssertUnwindSafe(|| antumbra::solve::bake(scene, settings, monitor))) {
-        Ok(Ok(bake)) => Outcome::Baked(Box::new(bake)),
+    // A cancelled bake that has not noticed yet counts too.
+    MEMORY.reset_peak_usage();
+    let before = MEMORY.current_usage();
+    match catch_unwind(AssertUnwindSafe(|| solver(scene, settings, monitor))) {
+        Ok(Ok(mut bake)) => {
+            bake.report.memory.peak_bytes = Some(MEMORY.peak_usage().saturating_sub(before) as u64);
+            Outcome::Baked(Box::new(bake))
+        }
         Ok(Err(error)) => Outcome::Refused(error),
         Err(payload) => Outcome::Panicked(panic_message(payload.as_ref())),
     }
+}
+
+/// A job whose solver meets a bug. No bug is at hand to test with what becomes of one; nothing else calls this.
+#[pyfunction]
+#[pyo3(name = "_start_failing")]
+pub(crate) fn start_failing(scene: &Scene) -> PyResult<Job> {
+    Job::spawn_with(scene.take()?, Settings::default(), |_, _, _| panic!("failing as asked for"))
 }
 
 fn panic_message(payload: &(dyn Any + Send)) -> String {

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::adapt::fit::fitted;
-use crate::adapt::refinement::{Hidden, Layer, Refinable, Refinement};
+use crate::adapt::refinement::{Course, Hidden, Layer, Pause, Refinable, Refinement};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::arrangement::LineKind;
@@ -97,17 +97,44 @@ impl<'a> Display<'a> {
         Ok(display)
     }
 
-    /// Refines the mesh for the emitters' light. Returns whether the triangle budget held it back.
+    /// Refines the mesh for the light of emitters or of patches. Returns whether the triangle budget held it back.
+    ///
+    /// `look`: is shown the mesh now and then and in the end, with the integral of the squared error that this light is
+    /// estimated to have, W²/m².
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn refine_for_emitters(&mut self, refinement: &Refinement) -> Result<bool, Error> {
-        let held_back = match &mut self.mesh {
-            DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.direct),
-            DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.direct),
-        }?;
-        self.fit(Light::Direct);
-        Ok(held_back)
+    pub(crate) fn refine(
+        &mut self,
+        light: Light,
+        refinement: &Refinement,
+        mut look: impl FnMut(&Self, f64),
+    ) -> Result<bool, Error> {
+        if let (DisplayMesh::Tessellated(mesh), Hidden::Crevices { .. }) = (&mut self.mesh, refinement.hidden)
+        {
+            mesh.flattest = FLATTEST_BY_RAYS;
+        }
+        let mut course = Course::default();
+        loop {
+            let Self { mesh, direct, indirect, .. } = self;
+            let layer = match light {
+                Light::Direct => &mut *direct,
+                Light::Indirect => indirect,
+            };
+            let pause = match mesh {
+                DisplayMesh::Quartered(mesh) => refinement.refine(mesh, layer, &mut course),
+                DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, layer, &mut course),
+            }?;
+            if let Light::Indirect = light {
+                direct.extend(samples_of(mesh));
+                self.fit(Light::Indirect);
+            }
+            self.fit(Light::Direct);
+            look(self, course.error);
+            if pause != Pause::Noted {
+                return Ok(pause == Pause::HeldBack);
+            }
+        }
     }
 
     /// Fits the linear elements to what is known of the light.
@@ -219,26 +246,6 @@ impl<'a> Display<'a> {
         Ok(())
     }
 
-    /// Refines the mesh for the light of patches. Returns whether the triangle budget held it back.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`].
-    pub(crate) fn refine_for_patches(&mut self, refinement: &Refinement) -> Result<bool, Error> {
-        if let (DisplayMesh::Tessellated(mesh), Hidden::Crevices { .. }) = (&mut self.mesh, refinement.hidden)
-        {
-            mesh.flattest = FLATTEST_BY_RAYS;
-        }
-        let held_back = match &mut self.mesh {
-            DisplayMesh::Quartered(mesh) => refinement.refine(mesh, &mut self.indirect),
-            DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, &mut self.indirect),
-        }?;
-        let Self { mesh, direct, .. } = self;
-        direct.extend(samples_of(mesh));
-        self.fit(Light::Direct);
-        self.fit(Light::Indirect);
-        Ok(held_back)
-    }
-
     /// Irradiance of every displayed triangle: its face, its corners' barycentric coordinates there, W/m².
     pub(crate) fn for_each_lit(&self, light: Light, mut emit: impl FnMut(FaceId, [DVec3; 3], [DVec3; 3])) {
         let irradiance = &self.fitted[light as usize];
@@ -286,6 +293,17 @@ impl<'a> Display<'a> {
     /// Share of the places where light is known that have only a guess of it, since it ended before anybody looked.
     pub(crate) fn guessed(&self, light: Light) -> f64 {
         self.guessed[light as usize] as f64 / self.samples().len().max(1) as f64
+    }
+
+    /// Per sample: the rms error that refinement estimates of the elements around it, as they are shown, W/m².
+    ///
+    /// `shown`: per material, the share of arriving light that is shown.
+    pub(crate) fn errors(&self, world: &World, shown: &[DVec3]) -> Vec<f64> {
+        let layers = [&self.direct, &self.indirect];
+        match &self.mesh {
+            DisplayMesh::Quartered(mesh) => sample_errors(mesh, layers, world, shown),
+            DisplayMesh::Tessellated(mesh) => sample_errors(mesh, layers, world, shown),
+        }
     }
 
     /// Leaves, and points of the mesh.
@@ -336,6 +354,23 @@ fn sample_areas(mesh: &impl Refinable) -> Vec<f64> {
         leaf.samples.iter().for_each(|sample| areas[sample.index()] += leaf.area / 3.0);
     }
     areas
+}
+
+/// [`Display::errors`].
+fn sample_errors(mesh: &impl Refinable, layers: [&Layer; 2], world: &World, shown: &[DVec3]) -> Vec<f64> {
+    let mut sums = vec![[0.0; 2]; mesh.samples().len()];
+    for element in mesh.leaves() {
+        let Some(leaf) = mesh.leaf(element) else { continue };
+        let shown = shown[world.faces[leaf.face.index()].material as usize];
+        let squared: f64 =
+            layers.iter().map(|layer| layer.squared_error(&leaf, layer.bulge_of(element), shown)).sum();
+        for sample in leaf.samples {
+            let [error, area] = &mut sums[sample.index()];
+            *error += squared;
+            *area += leaf.area;
+        }
+    }
+    sums.into_iter().map(|[error, area]| if area > 0.0 { (error / area).sqrt() } else { 0.0 }).collect()
 }
 
 /// The light on the fronts of some samples, and how many of them were not looked at before it ended.

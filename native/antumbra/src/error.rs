@@ -12,6 +12,9 @@ pub enum Error {
     /// A vertex coordinate is NaN or infinite.
     #[error("object “{object}”: vertex {vertex} has a coordinate that is not finite")]
     VertexNotFinite { object: String, vertex: usize },
+    /// A vertex so far away that single precision cannot hold the square of it.
+    #[error("object “{object}”: vertex {vertex} is more than {most:e} m from the origin")]
+    VertexTooFar { object: String, vertex: usize, most: f64 },
     /// A corner normal is NaN or infinite.
     #[error("object “{object}”: the normal of corner {corner} is not finite")]
     NormalNotFinite { object: String, corner: usize },
@@ -37,15 +40,18 @@ pub enum Error {
     /// A transmittance outside 0..1 would create light.
     #[error("material “{material}”: transmittance {value} ({channel}) is outside 0 to 1")]
     TransmittanceOutOfRange { material: String, channel: &'static str, value: f64 },
-    /// An emission that is NaN, infinite or, for a surface, negative.
-    #[error("material “{material}”: emission {value} ({channel}) is not a finite number of at least 0")]
+    /// An emission that is NaN, negative, or more than single precision can hold what comes of it.
+    #[error("material “{material}”: emission {value:?} ({channel}) is not a number from 0 to 1e30")]
     ExitanceInvalid { material: String, channel: &'static str, value: f64 },
     /// A light's emission is NaN or infinite.
     #[error("light “{light}”: its strength is not finite")]
     LightNotFinite { light: String },
     /// A size or an angle of a light that is outside its range.
-    #[error("light “{light}”: its {what} {value} is outside 0 to {most}")]
+    #[error("light “{light}”: its {what} {value:?} is outside 0 to {most:?}")]
     LightOutOfRange { light: String, what: &'static str, value: f64, most: f64 },
+    /// The outline of a light that has dents, crosses itself, or does not lie in a plane.
+    #[error("light “{light}”: its outline is not flat and convex")]
+    LightOutline { light: String },
     /// A light is linked to an object that is not there.
     #[error("light “{light}” is linked to object {object}, but there are only {objects}")]
     LinkOutOfRange { light: String, object: u32, objects: usize },
@@ -81,11 +87,15 @@ const MOST_NAMES: usize = 5;
 impl Error {
     /// [`Self::EndlessLight`] between surfaces of these objects, in any order and as often as they come.
     pub(crate) fn endless_light(objects: impl Iterator<Item = String>) -> Self {
-        let names: BTreeSet<String> = objects.collect();
-        let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("“{name}”")).collect();
-        let more = names.len().saturating_sub(MOST_NAMES);
-        let surfaces =
-            if more == 0 { shown.join(", ") } else { format!("{} and {more} more", shown.join(", ")) };
-        Self::EndlessLight { surfaces }
+        Self::EndlessLight { surfaces: some_of(&objects.collect()) }
+    }
+}
+
+/// Names for a message, the first of them if they are many.
+pub(crate) fn some_of(names: &BTreeSet<String>) -> String {
+    let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("“{name}”")).collect();
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
     }
 }

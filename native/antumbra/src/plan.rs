@@ -7,12 +7,16 @@ use crate::report::{Kind, LeftOut, VisibilitySummary};
 use crate::scene::world::World;
 use crate::scene::{LampInput, LampShape};
 use crate::settings::Anyway;
+use crate::transport::form_factors::{FormFactors, Shortcuts};
 use crate::transport::sources::Emitters;
 use crate::visibility::ConvexPolygon;
 
 /// Distance from a plane, of the scene's size, up to which a point lies in it: far above the rounding of f32 coordinates,
 /// and nothing that shallow sends light along it that could be noticed.
 const IN_PLANE: f64 = 1e-6;
+
+/// What leaving out the light of a second bounce may add to the rms error, at most, in wanted errors. What refinement leaves is 0.4 for each kind of light, so that all of it stays below one.
+const SLIGHT: f64 = 0.2;
 
 /// What is left out of a bake.
 #[derive(Debug)]
@@ -22,6 +26,10 @@ pub(crate) struct Plan {
     no_reflection: Option<&'static str>,
     /// Per blocker: whether everything is on one side of it.
     outer_faces: Vec<bool>,
+    /// Whether that is so of all blockers.
+    nothing_hides: bool,
+    /// What leaving it out may add to the rms error, in wanted errors, where it was.
+    second_bounce: Option<f64>,
 }
 
 impl Plan {
@@ -40,7 +48,29 @@ impl Plan {
         };
         let outer_faces =
             if anyway.outer_faces { vec![false; blockers.len()] } else { outer_faces(world, blockers) };
-        Self { anyway, no_reflection, outer_faces }
+        let nothing_hides = outer_faces.iter().all(|&outer| outer) && !anyway.open_visibility;
+        Self { anyway, no_reflection, outer_faces, nothing_hides, second_bounce: None }
+    }
+
+    /// What form factors need not look at.
+    pub(crate) fn shortcuts(&self) -> Shortcuts {
+        Shortcuts {
+            nothing_hides: self.nothing_hides && !self.anyway.occlusion,
+            look_behind: self.anyway.facing_away,
+        }
+    }
+
+    /// Whether anything may cast a shadow that has a boundary.
+    pub(crate) fn looks_for_shadows(&self) -> bool {
+        !self.nothing_hides || self.anyway.shadow_lines
+    }
+
+    /// Whether what surfaces reflect is too little to be exchanged.
+    ///
+    /// `bound`: of the rms of what that would bring, in wanted errors.
+    pub(crate) fn leaves_out_second_bounce(&mut self, bound: f64) -> bool {
+        self.second_bounce = (bound <= SLIGHT && !self.anyway.second_bounce).then_some(bound);
+        self.second_bounce.is_some()
     }
 
     /// Whether surfaces are to exchange what they reflect.
@@ -54,8 +84,13 @@ impl Plan {
     }
 
     /// What was left out, for the report.
-    pub(crate) fn left_out(&self, visibility: &VisibilitySummary) -> Vec<LeftOut> {
+    pub(crate) fn left_out(
+        &self,
+        visibility: &VisibilitySummary,
+        form_factors: &FormFactors,
+    ) -> Vec<LeftOut> {
         let mut all = Vec::new();
+        let found = visibility.exact + visibility.sampled;
         if let Some(reason) = self.no_reflection.filter(|_| !self.exchanges()) {
             all.push(LeftOut {
                 name: "reflection",
@@ -67,7 +102,6 @@ impl Plan {
             });
         }
         if visibility.open > 0 {
-            let all_of_them = visibility.exact + visibility.sampled;
             all.push(LeftOut {
                 name: "open_visibility",
                 what: "looking for what is visible of a source",
@@ -75,9 +109,9 @@ impl Plan {
                 kind: Kind::Exact,
                 bound: 0.0,
                 saved: format!(
-                    "{} of {all_of_them} form factors ({:.0} %)",
+                    "{} of {found} form factors ({:.0} %)",
                     visibility.open,
-                    100.0 * visibility.open as f64 / all_of_them as f64
+                    100.0 * visibility.open as f64 / found as f64
                 ),
             });
         }
@@ -92,6 +126,49 @@ impl Plan {
                 saved: format!("{outer} of {} faces and quadrilaterals", self.outer_faces.len()),
             });
         }
+        let everything_outside = "everything is on one side of every face";
+        if self.shortcuts().nothing_hides {
+            all.push(LeftOut {
+                name: "occlusion",
+                what: "looking for what could stand before a source",
+                reason: everything_outside.to_owned(),
+                kind: Kind::Exact,
+                bound: 0.0,
+                saved: format!("all shafts of {found} form factors"),
+            });
+        }
+        if !self.looks_for_shadows() {
+            all.push(LeftOut {
+                name: "shadow_lines",
+                what: "the search for shadow boundaries",
+                reason: everything_outside.to_owned(),
+                kind: Kind::Exact,
+                bound: 0.0,
+                saved: "all of it".to_owned(),
+            });
+        }
+        let [pairs, away] = form_factors.pairs();
+        if away > 0 && !self.anyway.facing_away {
+            all.push(LeftOut {
+                name: "facing_away",
+                what: "the light from sources to points",
+                reason: "they face away from each other".to_owned(),
+                kind: Kind::Exact,
+                bound: 0.0,
+                saved: format!(
+                    "{away} of {pairs} sources of groups of points ({:.0} %)",
+                    100.0 * away as f64 / pairs as f64
+                ),
+            });
+        }
+        all.extend(self.second_bounce.map(|bound| LeftOut {
+            name: "second_bounce",
+            what: "the exchange of light between surfaces",
+            reason: "what they reflect is too little to be noticed".to_owned(),
+            kind: Kind::Bounded,
+            bound,
+            saved: "all of it".to_owned(),
+        }));
         all
     }
 }

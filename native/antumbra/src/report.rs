@@ -10,6 +10,8 @@ pub struct Report {
     pub scene: SceneSummary,
     /// Where the time went.
     pub timings: Timings,
+    /// What it took of memory.
+    pub memory: Memory,
     /// One entry per iteration of the solver.
     pub timeline: Vec<Iteration>,
     /// What came out.
@@ -36,6 +38,13 @@ pub struct Timings {
     pub solve_s: f64,
 }
 
+/// Bytes.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Memory {
+    /// The most that was allocated at a time, beyond what was before, as the caller counts it; `None` where nobody does.
+    pub peak_bytes: Option<u64>,
+}
+
 /// The state after one iteration.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Iteration {
@@ -52,6 +61,8 @@ pub struct Iteration {
     /// Verified error of what would be shown now, and its 95 % interval, as in [`Verification`]; `None` where the mesh and
     /// its light had not changed, and where nothing was verified.
     pub error: Option<[f64; 3]>,
+    /// The same as the solver estimates it; see [`ResultSummary::estimated_error`].
+    pub estimated: Option<f64>,
 }
 
 /// Counts of the output.
@@ -74,6 +85,10 @@ pub struct ResultSummary {
     pub visibility: VisibilitySummary,
     /// What the scene did not need, and was left out.
     pub plan: Vec<LeftOut>,
+    /// Rms error, relative to the mean radiosity, by what refinement found in the middles of elements before their vertices
+    /// were fitted to it: of what is shown by elements, not of the exchange between surfaces. `None` where the mesh was not
+    /// refined for some of the light.
+    pub estimated_error: Option<f64>,
     /// What the result differs from light along random paths by; `None` where that was not wanted, and in the dark.
     pub verification: Option<Verification>,
 }
@@ -124,6 +139,9 @@ pub struct Verification {
     pub energy_defect: f64,
     /// Rms noise of the mean of a point's estimates.
     pub noise: f64,
+    /// The points, x, y, z in metres, each with its error: positive where too much is shown, relative to the mean over all
+    /// points, the noise of the estimates in it.
+    pub places: Vec<[f32; 4]>,
 }
 
 /// Something that was not done.

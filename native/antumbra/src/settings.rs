@@ -46,6 +46,7 @@ pub enum Quantity {
 
 /// What is done although a scene does not need it: for tests, which compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 pub struct Anyway {
     /// Surfaces exchange light even where none of them reflects any to another.
     pub reflection: bool,
@@ -53,6 +54,27 @@ pub struct Anyway {
     pub open_visibility: bool,
     /// What lies at the outside of everything is tested for hiding a source.
     pub outer_faces: bool,
+    /// What may come between is looked for even where everything lies at the outside.
+    pub occlusion: bool,
+    /// Shadow boundaries are looked for even there.
+    pub shadow_lines: bool,
+    /// Groups of points are put to sources that they face away from.
+    pub facing_away: bool,
+    /// Surfaces exchange light however little that is.
+    pub second_bounce: bool,
+}
+
+impl Anyway {
+    /// Nothing is left out.
+    pub const EVERYTHING: Self = Self {
+        reflection: true,
+        open_visibility: true,
+        outer_faces: true,
+        occlusion: true,
+        shadow_lines: true,
+        facing_away: true,
+        second_bounce: true,
+    };
 }
 
 /// Settings of one bake.

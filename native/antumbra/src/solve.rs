@@ -1,5 +1,6 @@
 //! The driver: the only place that loops over stages.
 
+use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -18,7 +19,8 @@ use crate::mesh::{Cutting, Grading, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
 use crate::report::{
-    Iteration, LineSummary, Report, ResultSummary, SceneSummary, Timings, TransportSummary, VisibilitySummary,
+    Iteration, LineSummary, Memory, Report, ResultSummary, SceneSummary, Timings, TransportSummary,
+    VisibilitySummary,
 };
 use crate::scene::SceneInput;
 use crate::scene::world::World;
@@ -110,7 +112,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if settings.anyway.open_visibility {
         blockers.take_everything();
     }
-    let form_factors = FormFactors::new(&blockers);
+    let form_factors = FormFactors::new(&blockers, plan.shortcuts());
     monitor.check()?;
     let mut solver = Solver {
         input,
@@ -128,15 +130,19 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         plan,
         transport_mode,
         transport: TransportSummary::default(),
-        iterations: Vec::new(),
+        iterations: RefCell::default(),
+        estimate: Cell::default(),
+        mean_shown: Cell::default(),
         warnings: Vec::new(),
-        verifier: Verifier::new(&world, settings.verify_points),
+        verifier: RefCell::new(Verifier::new(&world, settings.verify_points)),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
-    let meshes = weld(input, &world, &display, &display.layers(indirect_scale), settings);
+    let errors = solver.relative_errors(&display);
+    let meshes = weld(input, &world, &display, &solver.layers(&display, indirect_scale), &errors, settings);
     monitor.check()?;
+    let mut iterations = solver.iterations.take();
     let verification = match solver.verifier.take() {
         Some(verifier) => {
             monitor.report(Progress { stage: Stage::Verifying, ..monitor.progress() });
@@ -148,7 +154,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
                 tolerance: settings.tolerance,
                 work: if solver.is_cut_short() { work.min(MOST_WORK_VERIFIED_AT_ONCE) } else { work },
             };
-            verifier.verify(&blockers, &baked, &mut solver.iterations, monitor)?
+            verifier.verify(&blockers, &baked, &mut iterations, monitor)?
         }
         None => None,
     };
@@ -160,8 +166,9 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         unshot,
         lines: LineSummary { drawn: solver.cutting.lines, plain_faces: solver.cutting.plain_faces },
         transport: solver.transport.clone(),
-        plan: solver.plan.left_out(&visibility),
+        plan: solver.plan.left_out(&visibility, &form_factors),
         visibility,
+        estimated_error: iterations.last().and_then(|last| last.estimated),
         verification,
     };
     let mut report = Report {
@@ -171,7 +178,8 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
             lights: emitters.lights,
         },
         timings: Timings { solve_s: start.elapsed().as_secs_f64() },
-        timeline: solver.iterations,
+        memory: Memory::default(),
+        timeline: iterations,
         result,
         warnings: world.warnings.iter().chain(&solver.warnings).cloned().collect(),
     };
@@ -215,11 +223,15 @@ struct Solver<'a> {
     /// Never left to the solver.
     transport_mode: Transport,
     transport: TransportSummary,
-    iterations: Vec<Iteration>,
+    iterations: RefCell<Vec<Iteration>>,
+    /// Per [`Light`]: the integral of the squared error that refinement estimates, W²/m².
+    estimate: Cell<[Option<f64>; 2]>,
+    /// What errors are relative to, as far as it is known, W/m².
+    mean_shown: Cell<f64>,
     /// For the report.
     warnings: Vec<String>,
     /// Where it is wanted.
-    verifier: Option<Verifier<'a>>,
+    verifier: RefCell<Option<Verifier<'a>>>,
 }
 
 impl<'a> Solver<'a> {
@@ -269,16 +281,19 @@ impl<'a> Solver<'a> {
                 refinement.triangle_budget -=
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
-            let held_back = display.refine_for_emitters(&refinement)?;
+            let held_back = display.refine(Light::Direct, &refinement, |display, error| {
+                self.estimate.set([Some(error), None]);
+                self.record(display, &exchange);
+            })?;
             // What is kept for the patches' light is not out of budget.
-            self.out_of_budget |= held_back && refinement.triangle_budget == self.triangle_limit;
+            let out_of_budget = held_back && refinement.triangle_budget == self.triangle_limit;
+            self.out_of_budget |= out_of_budget;
         }
 
-        self.record(&display, &exchange);
-
-        if !self.plan.exchanges() {
+        if !self.plan.exchanges() || self.leaves_out_second_bounce(&display, &exchange) {
+            let unshot = if self.plan.exchanges() { exchange.remaining() } else { 0.0 };
             self.transport = exchange.summary();
-            return Ok((display, DVec3::ONE, 0.0));
+            return Ok((display, DVec3::ONE, unshot));
         }
 
         // Patches exchange what they reflect
@@ -326,7 +341,11 @@ impl<'a> Solver<'a> {
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
-            self.out_of_budget |= display.refine_for_patches(&refinement)?;
+            let held_back = display.refine(Light::Indirect, &refinement, |display, error| {
+                self.estimate.set([self.estimate.get()[0], Some(error)]);
+                self.record(display, &exchange);
+            })?;
+            self.out_of_budget |= held_back;
         }
         if let Solution::Hierarchical(hierarchical) = &mut exchange
             && !ends()
@@ -339,6 +358,18 @@ impl<'a> Solver<'a> {
         self.record(&display, &exchange);
         self.transport = exchange.summary();
         Ok((display, exchange.closing_factor(), exchange.remaining()))
+    }
+
+    /// Whether what surfaces reflect is too little to be exchanged. Its bound then counts as the error that is left.
+    fn leaves_out_second_bounce(&mut self, display: &Display, exchange: &Solution) -> bool {
+        let Solution::Hierarchical(hierarchical) = exchange else { return false };
+        let most = hierarchical.most_reflected(display);
+        if !self.plan.leaves_out_second_bounce(most / exchange.wanted_error()) {
+            return false;
+        }
+        self.estimate.set([self.estimate.get()[0], Some(most * most * baked_area(self.world))]);
+        self.record(display, exchange);
+        true
     }
 
     /// Finds a first estimate of all light, in the way that is asked for or suits the scene.
@@ -465,6 +496,9 @@ impl<'a> Solver<'a> {
         let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
         let receives = |face| world.receives(face);
         let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
+        if !self.plan.looks_for_shadows() {
+            return Ok(lines);
+        }
         let panels = self.emitters.tree.lamps.iter().filter_map(Lamp::panel);
         let lit = self.emitters.polygons.iter().cloned().chain(panels);
         let emitters: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
@@ -558,21 +592,56 @@ impl<'a> Solver<'a> {
         self.monitor.report(Progress { stage, ..self.monitor.progress() });
     }
 
+    /// Per kind of light what arrives. A solution errs by some billionths, in the dark also downwards: there only a negative
+    /// lamp takes light away.
+    fn layers(&self, display: &Display, indirect_scale: DVec3) -> [Vec<DVec3>; 2] {
+        let mut layers = display.layers(indirect_scale);
+        if !self.world.has_negative_light() {
+            let lights = layers.iter_mut().flatten();
+            lights.for_each(|light| *light = DVec3::select(light.cmplt(DVec3::ZERO), DVec3::ZERO, *light));
+        }
+        layers
+    }
+
     /// Shows the mesh with the light found so far to a caller who asked for it.
     fn show(&self, display: &Display) {
-        let welded = || weld(self.input, self.world, display, &display.layers(DVec3::ONE), self.settings);
+        let layers = || self.layers(display, DVec3::ONE);
+        let welded = || weld(self.input, self.world, display, &layers(), &[], self.settings);
         self.monitor.show(welded);
     }
 
     /// Records a stage, and keeps its mesh where it is to be verified.
-    fn record(&mut self, display: &Display, exchange: &Solution) {
+    fn record(&self, display: &Display, exchange: &Solution) {
+        self.mean_shown.set(exchange.wanted_error() / self.settings.tolerance);
         self.record_at(display, exchange.remaining(), exchange.shots());
-        if let Some(verifier) = &mut self.verifier {
-            verifier.watch(display, exchange.closing_factor(), self.iterations.len());
+        let mut iterations = self.iterations.borrow_mut();
+        if let Some(last) = iterations.last_mut() {
+            last.estimated = self.estimated();
+        }
+        if let Some(verifier) = &mut *self.verifier.borrow_mut() {
+            verifier.watch(display, exchange.closing_factor(), iterations.len());
         }
     }
 
-    fn record_at(&mut self, display: &Display, unshot: f64, shots: usize) {
+    /// The error by what refinement estimates of all light that is looked at, relative to the mean radiosity.
+    fn estimated(&self) -> Option<f64> {
+        let [direct, indirect] = self.estimate.get();
+        let indirect = if self.plan.exchanges() { indirect } else { Some(0.0) };
+        let error = ((direct? + indirect?) / baked_area(self.world)).sqrt() / self.mean_shown.get();
+        error.is_finite().then_some(error)
+    }
+
+    /// The same per sample, of the elements around it.
+    fn relative_errors(&self, display: &Display) -> Vec<f64> {
+        let mut errors = display.errors(self.world, &self.shown);
+        let scale = if self.mean_shown.get() > 0.0 { 1.0 / self.mean_shown.get() } else { 0.0 };
+        for error in &mut errors {
+            *error *= scale;
+        }
+        errors
+    }
+
+    fn record_at(&self, display: &Display, unshot: f64, shots: usize) {
         self.show(display);
         let [elements, vertices] = display.counts();
         let iteration = Iteration {
@@ -582,6 +651,7 @@ impl<'a> Solver<'a> {
             vertices,
             unshot,
             error: None,
+            estimated: None,
         };
         // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
         // what is still to come may rise; a progress bar must not fall.
@@ -594,7 +664,7 @@ impl<'a> Solver<'a> {
             elements: iteration.elements,
             unshot,
         });
-        self.iterations.push(iteration);
+        self.iterations.borrow_mut().push(iteration);
     }
 }
 

@@ -49,6 +49,9 @@ pub struct BakedMesh {
     pub edge_line: Vec<[i8; 3]>,
     /// Per triangle and corner: scene-linear `B/pi` or `H/pi`, rgb, never clipped.
     pub corner_radiance: Vec<[[f32; 3]; 3]>,
+    /// Per triangle and corner: the rms error that the solver estimates around it, relative to the mean that the tolerance is
+    /// relative to; 0 where the light is even, and where nothing was refined. Empty while the bake goes on.
+    pub corner_error: Vec<[f32; 3]>,
     /// Direct and indirect light apart, each like `corner_radiance`, whose parts they are; `None` unless asked for.
     pub corner_layers: Option<CornerLayers>,
 }
@@ -64,12 +67,13 @@ pub struct CornerLayers {
 
 /// Collects the refined meshes of all baked objects, anchored, with their light.
 ///
-/// `layers`: per [`Light`] and sample, W/m².
+/// `layers`: per [`Light`] and sample, W/m². `errors`: per sample, or none.
 pub(crate) fn weld(
     input: &SceneInput,
     world: &World,
     display: &Display,
     layers: &[Vec<DVec3>; 2],
+    errors: &[f64],
     settings: &Settings,
 ) -> Vec<BakedMesh> {
     let triangles = display.triangles();
@@ -80,7 +84,7 @@ pub(crate) fn weld(
             let faces = &world.objects[object].faces;
             let [first, end] = [faces.start, faces.end]
                 .map(|face| triangles.partition_point(|shown| shown.face.index() < face));
-            Welder::new(input, world, layers, settings, object).weld(&triangles[first..end])
+            Welder::new(input, world, layers, errors, settings, object).weld(&triangles[first..end])
         })
         .collect()
 }
@@ -91,6 +95,7 @@ struct Welder<'a> {
     world: &'a World,
     object: usize,
     layers: &'a [Vec<DVec3>; 2],
+    errors: &'a [f64],
     quantity: Quantity,
     baked: BakedMesh,
     /// Mesh vertices that are baked vertices already.
@@ -102,6 +107,7 @@ impl<'a> Welder<'a> {
         input: &'a SceneInput,
         world: &'a World,
         layers: &'a [Vec<DVec3>; 2],
+        errors: &'a [f64],
         settings: &Settings,
         object: usize,
     ) -> Self {
@@ -109,7 +115,7 @@ impl<'a> Welder<'a> {
         let corner_layers = settings.separate_layers.then(CornerLayers::default);
         let baked = BakedMesh { object, corner_layers, ..BakedMesh::default() };
         let quantity = settings.quantity;
-        Self { source, world, object, layers, quantity, baked, numbers: FxHashMap::default() }
+        Self { source, world, object, layers, errors, quantity, baked, numbers: FxHashMap::default() }
     }
 
     fn weld(mut self, triangles: &[Shown]) -> BakedMesh {
@@ -128,6 +134,8 @@ impl<'a> Welder<'a> {
             }
             self.push(source_triangle, corners.each_ref().map(|c| (c.vertex, c.barycentric)), *lines);
             self.push_light(&arriving, material);
+            let errors = self.errors;
+            self.push_errors(|k| corners[k].samples.map(|s| errors[s.index()]));
         }
         flat.extend(next_triangle..self.source.triangles.len() as u32);
         for triangle in flat {
@@ -147,6 +155,17 @@ impl<'a> Welder<'a> {
         let corners = std::array::from_fn(|k| (vertices[k], units[k]));
         self.push(triangle, corners, [None; 3]);
         self.push_light(&arriving, material);
+        self.push_errors(|_| [0.0; 2]);
+    }
+
+    /// `at`: a corner's two samples.
+    fn push_errors(&mut self, at: impl Fn(usize) -> [f64; 2]) {
+        if !self.errors.is_empty() {
+            self.baked.corner_error.push([0, 1, 2].map(|k| {
+                let [a, b] = at(k);
+                (0.5 * (a + b)) as f32
+            }));
+        }
     }
 
     fn push(&mut self, source_triangle: u32, corners: [(VertexId, DVec3); 3], lines: [Option<LineKind>; 3]) {

@@ -170,3 +170,33 @@ fn a_room_with_stacked_boxes_closes() {
         room
     });
 }
+
+/// A mesh of single precision far from the origin is another mesh, but as closed as before: about its own centre, where
+/// the solver puts it, nothing leaks.
+#[test]
+fn a_room_of_single_precision_far_away_closes() {
+    for (seed, distance) in [(6, 1e4), (7, 1e5), (8, 1e6)] {
+        assert_closed(seed, 20, |random| {
+            let away = distance * random.direction();
+            let rounded = |corner: DVec3| (corner + away).as_vec3().as_dvec3() - away;
+            let rotation = random.rotation();
+            // Large enough for its walls to stay planar to a thousandth at 0.06 m between two coordinates
+            let enclosure = Solid::cube().map(|corner| rotation * (corner * DVec3::new(300.0, 200.0, 250.0)));
+            let solid = small_solid(DVec3::new(20.0, -30.0, 10.0), 40.0, random);
+            let mut polygons = Vec::new();
+            for solid in [&enclosure, &solid] {
+                let corners = solid.clone().map(rounded);
+                let face = |face: &Vec<usize>| {
+                    let outline = corners.outline(face);
+                    (1..outline.len() - 1)
+                        .filter_map(|i| ConvexPolygon::triangle(outline[0], outline[i], outline[i + 1]))
+                        .collect::<Vec<_>>()
+                };
+                polygons.extend(corners.faces.iter().flat_map(face));
+            }
+            // Points within both the walls as they were and as they are now
+            let inner = enclosure.map(|corner| corner * 0.99);
+            Room { polygons, enclosure: inner, opaque: vec![solid] }
+        });
+    }
+}

@@ -323,6 +323,20 @@ fn a_light_shut_in_a_box_is_exactly_dark_outside() {
     }
 }
 
+/// A corner of a parallelogram a millionth wide, whose rounded corners do not lie in one plane: the receiver in one of them
+/// is in the plane of its edges and not in that of its face. What it sees is a number all the same.
+#[test]
+fn a_receiver_in_the_corner_of_a_sliver_sees_a_number() {
+    let sliver = polygon(&[
+        DVec3::new(0.25, 0.250_000_94, 9.4e-7),
+        DVec3::new(-0.999_999_06, -1.0, -1.0),
+        DVec3::new(-2.249_999_06, -2.250_000_94, -2.000_000_94),
+        DVec3::new(-1.0, -1.0, -1.0),
+    ]);
+    let point = Receiver::new(DVec3::splat(-1.0), DVec3::splat(-1.0).normalize());
+    assert!((0.0..=1.0).contains(&unoccluded_form_factor(&point, &sliver)));
+}
+
 /// A lattice of more holes than the guard allows is refused, and says what it can.
 #[test]
 fn too_many_fragments_are_refused() {

@@ -3,7 +3,7 @@
 mod common;
 
 use antumbra::Error;
-use antumbra::scene::AreaLightInput;
+use antumbra::scene::{AreaLightInput, LampInput, LampShape};
 use antumbra::settings::Settings;
 use antumbra::weld::Bake;
 use common::baked::{all_light, assert_sound, corners};
@@ -50,6 +50,22 @@ fn a_vertex_that_is_not_finite() {
         let error = refused(|s| s.input.objects[1].positions[5].y = value, &["“table”", "vertex 5"]);
         assert_eq!(error, Error::VertexNotFinite { object: "table".into(), vertex: 5 });
     }
+}
+
+/// Single precision ends at 3e38, and areas are squares.
+#[test]
+fn a_vertex_beyond_all_reach() {
+    for far in [1.1e15, f64::from(f32::MAX)] {
+        let error = refused(|s| s.input.objects[1].positions[2].x = far, &["“table”", "vertex 2", "1e15 m"]);
+        assert_eq!(error, Error::VertexTooFar { object: "table".into(), vertex: 2, most: 1e15 });
+    }
+    let far = Error::LightOutOfRange {
+        light: "light 0".into(),
+        what: "distance from the origin",
+        value: 1e30,
+        most: 1e15,
+    };
+    assert_eq!(refused(|s| s.input.lights[0].outline[0].z = -1e30, &["“light 0”", "distance"]), far);
 }
 
 /// Finite in its own space, but not in the world.
@@ -149,6 +165,47 @@ fn a_light_that_is_not_finite() {
     let not_finite = Error::LightNotFinite { light: "light 0".into() };
     assert_eq!(refused(|s| s.input.lights[0].exitance_rgb[2] = f64::NAN, &["“light 0”"]), not_finite);
     assert_eq!(refused(|s| s.input.lights[0].outline[3].x = f64::INFINITY, &["“light 0”"]), not_finite);
+}
+
+#[test]
+fn a_strength_that_no_colour_can_hold() {
+    let strength =
+        |value| Error::LightOutOfRange { light: "light 0".into(), what: "strength", value, most: 1e30 };
+    assert_eq!(
+        refused(|s| s.input.lights[0].exitance_rgb[1] = -1e31, &["“light 0”", "strength"]),
+        strength(1e31)
+    );
+    let error = refused(|s| s.input.materials[0].exitance_rgb[0] = 1e31, &["“material 0”", "red", "1e31"]);
+    assert!(matches!(error, Error::ExitanceInvalid { .. }));
+}
+
+/// Outlines are clipped as what is convex: what is not is refused rather than lit wrong.
+#[test]
+fn a_light_with_dents_a_bow_tie_a_star_and_one_that_is_not_flat() {
+    let outline =
+        |points: &[[f64; 3]]| points.iter().map(|&p| DVec3::from(p) + DVec3::Z * 2.0).collect::<Vec<_>>();
+    let dented = outline(&[[-1.0, -1.0, 0.0], [0.0, 0.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]]);
+    let bow_tie = outline(&[[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -0.5, 0.0], [-1.0, 1.0, 0.0]]);
+    let bent = outline(&[[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 0.01], [1.0, -1.0, 0.0]]);
+    let star: Vec<DVec3> = (0..5)
+        .map(|i| f64::from(2 * i) * std::f64::consts::TAU / 5.0)
+        .map(|angle| DVec3::new(angle.cos(), angle.sin(), 2.0))
+        .collect();
+    for outline in [dented, bow_tie, bent, star] {
+        let panel = LampShape::Panel { outline: outline.clone(), exitance_rgb: [1.0; 3], spread: 1.0 };
+        let error = refused(|s| s.input.lights[0].outline = outline, &["“light 0”", "not flat and convex"]);
+        assert_eq!(error, Error::LightOutline { light: "light 0".into() });
+        let error = refused(|s| s.input.lamps.push(LampInput::new("panel", panel)), &["“panel”", "not flat"]);
+        assert_eq!(error, Error::LightOutline { light: "panel".into() });
+    }
+    // Either way around, with corners in line, and off by what single precision makes of it a kilometre away
+    let mut scene = valid();
+    scene.input.lights[0].outline.reverse();
+    scene.light(&[[0.0, 0.0, 3.0], [0.5, 0.0, 3.0], [1.0, 0.0, 3.0], [0.0, 1.0, 3.0]].map(DVec3::from), 1.0);
+    let turn = DMat4::from_rotation_x(0.3) * DMat4::from_translation(DVec3::new(1e3, 2e3, -1e3));
+    let turned = lamp(DVec3::Z * 2.0, 0.3).map(|p| turn.transform_point3(p).as_vec3().as_dvec3());
+    scene.light(&turned, 1.0);
+    assert_sound(&scene.input, &scene.bake(&adaptive()));
 }
 
 #[test]

@@ -181,35 +181,64 @@ fn a_furnace_is_right_along_paths() {
 }
 
 /// A floor under a lamp and a plate, nothing reflecting: the exact light is known from the kernel.
-#[test]
-fn the_interval_holds_an_error_that_is_known() {
+fn plate_over_floor() -> (Scene, [DVec3; 4], Vec<ConvexPolygon>) {
     let mut scene = Scene::default();
     let black = scene.material(0.0, 0.0);
     let outline = lamp(DVec3::new(0.4, 0.2, 1.5), 0.3);
     let plate = Shape::square(DVec3::new(0.0, 0.0, 0.6), 0.3);
-    let blockers: Vec<_> =
-        plate.triangles.iter().map(|t| polygon(&t.map(|v| plate.positions[v as usize]))).collect();
+    let blockers = plate.triangles.iter().map(|t| polygon(&t.map(|v| plate.positions[v as usize]))).collect();
     scene.object("floor", Shape::square(DVec3::ZERO, 1.0), black);
     scene.blocker("plate", plate, black);
     scene.light(&outline, 10.0);
+    (scene, outline, blockers)
+}
+
+#[test]
+fn the_interval_holds_an_error_that_is_known() {
+    let (scene, outline, blockers) = plate_over_floor();
     for size in [0.5, 0.2, 0.05] {
         let bake = scene.bake(&arriving(thorough(&uniform(size))));
-        let mut random = Random(7);
-        let (mut squares, mut sum) = (0.0, 0.0);
-        for _ in 0..10_000 {
-            let [x, y] = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
-            let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
-            let exact = 10.0 * visible(&receiver, &polygon(&outline), &blockers).value;
-            squares += (light_over(&bake.meshes[0], x, y) - exact).powi(2);
-            sum += exact;
-        }
-        let error = (squares / 1e4).sqrt() / (sum / 1e4);
+        let error = known_error(&bake, &outline, &blockers);
         print(&format!("known to be {:.2} %", 100.0 * error), &bake);
         let [_, low, high] = verified(&bake).error;
         // One in twenty intervals does not hold what it is for: half as much on both sides holds these three.
         let margin = 0.5 * (high - low);
         assert!(low - margin < error && error < high + margin, "{error} is not in {low} to {high}");
     }
+}
+
+/// A floor under a lamp and a plate, nothing reflecting: the error by the kernel, at random points.
+fn known_error(bake: &Bake, outline: &[DVec3; 4], blockers: &[ConvexPolygon]) -> f64 {
+    let mut random = Random(7);
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for _ in 0..10_000 {
+        let [x, y] = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+        let receiver = Receiver::new(DVec3::new(x, y, 0.0), DVec3::Z);
+        let exact = 10.0 * visible(&receiver, &polygon(outline), blockers).value;
+        squares += (light_over(&bake.meshes[0], x, y) - exact).powi(2);
+        sum += exact;
+    }
+    (squares / 1e4).sqrt() / (sum / 1e4)
+}
+
+/// What refinement estimates is of the elements as they touch the light; fitted to it they err less, at best by the root of
+/// six (of a parabola, the line through its ends against the best line). It claims no bound: light that bends within an
+/// element, where nothing is looked at, is missed.
+#[test]
+fn the_solvers_estimate_tells_the_size_of_an_error_that_is_known() {
+    let (scene, outline, blockers) = plate_over_floor();
+    for method in [Method::Adm, Method::As] {
+        for tolerance in [0.05, 0.02, 0.01, 0.005] {
+            let bake = scene.bake(&arriving(Settings { method, tolerance, ..adaptive() }));
+            let known = known_error(&bake, &outline, &blockers);
+            let estimated = bake.report.result.estimated_error.expect("the mesh was refined");
+            println!("{method:?} at {tolerance}: known {known:.5}, estimated {estimated:.5}");
+            assert!(known < estimated && estimated < 2.0 * known, "{known}, {estimated}");
+            assert!(estimated <= 0.4 * tolerance || bake.report.result.ended_by != "converged");
+        }
+    }
+    let uniform = scene.bake(&uniform(0.2));
+    assert_eq!(uniform.report.result.estimated_error, None);
 }
 
 #[test]
@@ -221,6 +250,10 @@ fn the_course_of_the_error_falls_to_its_end() {
     println!("{errors:.4?}");
     assert!(errors.len() >= 4, "{errors:?}");
     assert!(errors[errors.len() - 1] < 0.2 * errors[0], "{errors:?}");
+    // It is looked at while the mesh is refined, too.
+    let told = bake.report.timeline.iter().filter(|iteration| iteration.error.is_some());
+    let elements: Vec<usize> = told.map(|iteration| iteration.elements).collect();
+    assert!(elements.windows(2).filter(|pair| pair[1] > pair[0]).count() >= 3, "{elements:?}");
     // The mesh that comes out shows what the last iteration showed.
     let end = verified(&bake).error[0];
     assert!((end - errors[errors.len() - 1]).abs() < 1e-6, "{end} after {errors:?}");
@@ -311,8 +344,8 @@ fn by_chance(random: &mut Random) -> Chance {
     Chance { scene, lights, blockers, settings }
 }
 
-/// The interval is for 95 of 100 bakes, so of 200 about 190 hold the error that is known from the kernel: fewer than 181 have
-/// a chance of 1 in 500.
+/// The interval is for 95 of 100 bakes, so of 200 about 190 hold the error that is known from the kernel, and more since its
+/// upper end is never told from below 0.
 #[test]
 #[ignore = "hundreds of bakes, and a million form factors for each"]
 fn nineteen_of_twenty_intervals_hold_the_error() {
@@ -348,6 +381,8 @@ fn nineteen_of_twenty_intervals_hold_the_error() {
         below += i32::from(error < low);
         print(&format!("{bake_number}: known to be {:.2} %", 100.0 * error), &bake);
     }
-    println!("{held} of 200 held the error, {below} lay above it, {above} below; {held_bias} held the bias");
-    assert!(held >= 181, "{held} of 200");
+    println!(
+        "{held} of 200 held the error, {below} lay above it, {above} below it; {held_bias} held the bias"
+    );
+    assert!(held >= 190, "{held} of 200");
 }

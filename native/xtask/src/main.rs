@@ -1,4 +1,4 @@
-//! Developer tasks: `cargo xtask bake | test | extension | study | scale | figure | tutorial`.
+//! Developer tasks: `cargo xtask bake | test | extension | study | scale | plan | robustness | fuzz | figure | tutorial`.
 //!
 //! Needs Rust, Python 3.11 and pip; everything else is set up under `target/` on first use:
 //!
@@ -10,6 +10,7 @@
 //! bake/             what `cargo xtask bake` writes
 //! study/            what `cargo xtask study` writes
 //! scale/            what `cargo xtask scale` writes
+//! robustness/       what `cargo xtask robustness` writes
 //! ```
 
 mod bake;
@@ -18,8 +19,11 @@ mod extension;
 mod failure;
 mod figure;
 mod files;
+mod fuzz;
 mod host;
+mod plan;
 mod progress;
+mod robustness;
 mod scale;
 mod study;
 mod summary;
@@ -52,6 +56,12 @@ enum Task {
     Study(study::Options),
     /// Measure how the time and the memory of a bake grow with the scene.
     Scale(scale::Options),
+    /// Measure what the plan's switches save.
+    Plan,
+    /// Measure how the solver bears stiff and extreme scenes.
+    Robustness(robustness::Options),
+    /// Try random bytes as scenes, lines and polygons, with cargo-fuzz.
+    Fuzz(fuzz::Options),
     /// Take the pictures of addon/manual/tutorial.md in Blender's window.
     Tutorial(tutorial::Options),
     /// Draw two methods side by side, meshes above, light below.
@@ -65,6 +75,9 @@ fn main() -> ExitCode {
         Task::Extension(options) => extension::run(&options),
         Task::Study(options) => study::run(&options),
         Task::Scale(options) => scale::run(&options),
+        Task::Plan => plan::run(),
+        Task::Robustness(options) => robustness::run(&options),
+        Task::Fuzz(options) => fuzz::run(&options),
         Task::Figure(options) => figure::run(&options),
         Task::Tutorial(options) => tutorial::run(&options),
     };

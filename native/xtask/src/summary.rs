@@ -65,6 +65,9 @@ fn rows(report: &Value) -> Vec<(&'static str, String)> {
             ),
         ));
     }
+    if let Some(estimated) = result["estimated_error"].as_f64() {
+        rows.push(("estimated", format!("{:.2} % by the solver itself", 100.0 * estimated)));
+    }
     let time = |name: &str| timings[name].as_f64().unwrap_or(0.0);
     rows.push((
         "time",

@@ -173,6 +173,24 @@ impl Layer {
     pub(crate) fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
         self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.deviation)
     }
+
+    /// The integral over an element of the squared difference between the light, as far as it is known, and the linear
+    /// interpolant, as shown and averaged over the channels, W²/m².
+    ///
+    /// The light is known in the middles of the edges, where it deviates by d, and maybe at the centroid, where it
+    /// bulges by β beyond the quadratic. With barycentric coordinates l, the difference is the sum of `4 d l_i l_j`
+    /// over the edges and of `27 β l_1 l_2 l_3`; its square integrates to
+    /// A·(16/90 sum of `d_i d_j` over all unordered pairs, `i = j` included, + 81/280 β² + 12/35 β·`sum of d_i`).
+    ///
+    /// `shown`: the share of arriving light that is shown, per channel.
+    pub(crate) fn squared_error(&self, leaf: &Leaf, bulge: DVec3, shown: DVec3) -> f64 {
+        let [d, e, f] = leaf.edges().map(|edge| shown * self.deviation(edge));
+        let bulge = shown * bulge;
+        let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
+        let squared =
+            16.0 / 90.0 * forms + 81.0 / 280.0 * bulge.dot(bulge) + 12.0 / 35.0 * bulge.dot(d + e + f);
+        leaf.area * squared / 3.0
+    }
 }
 
 /// The middle of an edge where the light is to be computed.
@@ -184,6 +202,7 @@ struct Unknown {
 }
 
 /// An element with the integral of its squared error, W²/m².
+#[derive(Debug)]
 struct Uneven {
     element: ElementId,
     squared_error: f64,
@@ -207,6 +226,31 @@ pub(crate) enum Hidden<'a> {
     },
 }
 
+/// Where a refinement stands.
+#[derive(Debug, Default)]
+pub(crate) struct Course {
+    pool: Vec<Uneven>,
+    /// Elements that were not looked at yet; none before anything was.
+    fresh: Option<Vec<ElementId>>,
+    first_error: Option<f64>,
+    /// The integral of the squared error that is left by estimate, W²/m².
+    pub(crate) error: f64,
+}
+
+/// Why a refinement ends or pauses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pause {
+    /// The error has fallen by [`NOTED`].
+    Noted,
+    /// The triangle budget holds it back.
+    HeldBack,
+    /// The error is the wanted one, or the caller wants no more.
+    Done,
+}
+
+/// A refinement pauses to be looked at whenever its squared error has fallen to this share.
+const NOTED: f64 = 0.5;
+
 /// The refinement of a mesh for one group of sources.
 pub(crate) struct Refinement<'a> {
     pub(crate) world: &'a World,
@@ -226,27 +270,34 @@ pub(crate) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// Refines the mesh until the estimated rms error over it is the wanted one.
-    ///
-    /// Returns whether the triangle budget held it back.
+    /// Refines the mesh until the estimated rms error over it is the wanted one, in as many calls as it has pauses.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn refine(&self, mesh: &mut impl Refinable, layer: &mut Layer) -> Result<bool, Error> {
-        let mut pool: Vec<Uneven> = Vec::new();
-        let mut fresh = mesh.leaves();
-        let mut first_error = None;
+    pub(crate) fn refine(
+        &self,
+        mesh: &mut impl Refinable,
+        layer: &mut Layer,
+        course: &mut Course,
+    ) -> Result<Pause, Error> {
+        let mut noted = None;
+        let Course { pool, fresh, first_error, error: left } = course;
+        let fresh = fresh.get_or_insert_with(|| mesh.leaves());
         while !(self.gather.ends)() {
-            self.compute_middles(mesh, layer, &fresh)?;
-            self.flip_edges(mesh, layer, &mut fresh)?;
-            self.compute_bulges(mesh, layer, &fresh)?;
+            self.compute_middles(mesh, layer, fresh)?;
+            self.flip_edges(mesh, layer, fresh)?;
+            self.compute_bulges(mesh, layer, fresh)?;
             pool.extend(fresh.drain(..).filter_map(|element| self.uneven(mesh, layer, element)));
             pool.retain(|uneven| mesh.leaf(uneven.element).is_some());
             pool.sort_unstable_by(|a, b| {
                 b.squared_error.total_cmp(&a.squared_error).then(a.element.cmp(&b.element))
             });
             let error = pool.iter().map(|uneven| uneven.squared_error).sum::<f64>();
+            *left = error;
             self.report(error, *first_error.get_or_insert(error));
+            if error < NOTED * *noted.get_or_insert(error) {
+                return Ok(Pause::Noted);
+            }
             let excess = error - self.allowed;
             let largest = pool.iter().find(|uneven| mesh.may_refine(uneven.element));
             let Some(largest) = largest.map(|uneven| uneven.squared_error).filter(|_| excess > 0.0) else {
@@ -256,7 +307,7 @@ impl Refinement<'_> {
             for uneven in pool.iter().take_while(|uneven| uneven.squared_error >= ROUND * largest) {
                 if mesh.triangles() + mesh.adds() > self.triangle_budget {
                     layer.extend(mesh.samples());
-                    return Ok(true);
+                    return Ok(Pause::HeldBack);
                 }
                 if removed > excess {
                     break;
@@ -266,12 +317,12 @@ impl Refinement<'_> {
                     continue;
                 };
                 let deviations = if uneven.within { [0.0; 3] } else { self.wishes(mesh, layer, &leaf) };
-                mesh.refine(uneven.element, deviations, &mut fresh);
+                mesh.refine(uneven.element, deviations, fresh);
                 removed += mesh.removes() * uneven.squared_error;
             }
             layer.extend(mesh.samples());
         }
-        Ok(false)
+        Ok(Pause::Done)
     }
 
     /// How much each edge of a leaf wants to be split.
@@ -318,20 +369,10 @@ impl Refinement<'_> {
         leaf.area * patches.squared_difference(self.world, leaf.face, corners, light, shown) / 3.0
     }
 
-    /// The integral over an element of the squared difference between the light, as far as it is known, and the linear
-    /// interpolant, as shown and averaged over the channels, W²/m².
-    ///
-    /// The light is known in the middles of the edges, where it deviates by d, and maybe at the centroid, where it
-    /// bulges by β beyond the quadratic. With barycentric coordinates l, the difference is the sum of `4 d l_i l_j`
-    /// over the edges and of `27 β l_1 l_2 l_3`; its square integrates to
-    /// A·(16/90 sum of `d_i d_j` over all unordered pairs, `i = j` included, + 81/280 β² + 12/35 β·`sum of d_i`).
+    /// [`Layer::squared_error`] of what is shown of the light.
     fn squared_error(&self, leaf: &Leaf, layer: &Layer, bulge: DVec3) -> f64 {
-        let [d, e, f] = leaf.edges().map(|edge| self.shown(leaf, layer.deviation(edge)));
-        let bulge = self.shown(leaf, bulge);
-        let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
-        let squared =
-            16.0 / 90.0 * forms + 81.0 / 280.0 * bulge.dot(bulge) + 12.0 / 35.0 * bulge.dot(d + e + f);
-        leaf.area * squared / 3.0
+        let material = self.world.faces[leaf.face.index()].material as usize;
+        layer.squared_error(leaf, bulge, self.shown[material])
     }
 
     /// Whether the group could light an element unevenly.

@@ -10,7 +10,7 @@ use crate::adapt::refinement::Hidden;
 use crate::mesh::tessellate;
 use crate::monitor::Monitor;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
-use crate::transport::form_factors::FormFactors;
+use crate::transport::form_factors::{FormFactors, Shortcuts};
 use crate::transport::sources::{Emitters, blockers};
 use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
 
@@ -130,7 +130,7 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
 fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
     let emitters = Emitters::new(world);
     let blockers = blockers(world);
-    let form_factors = FormFactors::new(&blockers);
+    let form_factors = FormFactors::new(&blockers, Shortcuts::default());
     let lines = contacts(world, &blockers, |_| true, 0.0);
     let (mut mesh, _) = tessellate(world, &lines, |face| world.receives(face), 20, None);
     mesh.bisect_to(size, 100_000, &|| false);
@@ -154,7 +154,7 @@ fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
         hidden: Hidden::Shadows,
         progress: [0.0, 1.0],
     };
-    display.refine_for_emitters(&refinement).expect("not cancelled");
+    display.refine(Light::Direct, &refinement, |_, _| ()).expect("not cancelled");
     display
 }
 

@@ -39,7 +39,7 @@ impl Lamp {
             let candidates = *known.get_or_insert_with(|| {
                 let (low, high) = at.cluster.bounds();
                 let list = find.take().expect("asked for once; this is a bug in antumbra");
-                form_factors.candidates(&self.shaft(low, high), list)
+                form_factors.candidates(|| self.shaft(low, high), list)
             });
             let brought = match sight {
                 Sight::Dark => continue,

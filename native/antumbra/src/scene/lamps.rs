@@ -6,6 +6,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::error::Error;
+use crate::scene::validation::{FARTHEST, validate_outline, validate_points, validate_strength};
 
 /// A light that is not a mesh and does not block.
 #[derive(Debug, Clone)]
@@ -119,11 +120,8 @@ impl LampInput {
 
     pub(super) fn validate(&self) -> Result<(), Error> {
         let name = || self.name.clone();
-        let finite =
-            self.strength_rgb().iter().all(|v| v.is_finite()) && self.points().iter().all(|p| p.is_finite());
-        if !finite {
-            return Err(Error::LightNotFinite { light: name() });
-        }
+        validate_strength(&self.name, &self.strength_rgb())?;
+        validate_points(&self.name, self.points())?;
         let within = |what, value: f64, most: f64| {
             if (0.0..=most).contains(&value) {
                 Ok(())
@@ -139,7 +137,7 @@ impl LampInput {
                 within("angle", *angle, std::f64::consts::PI)
             }
             LampShape::Point { radius, cone, .. } => {
-                within("radius", *radius, f64::MAX)?;
+                within("radius", *radius, FARTHEST)?;
                 let Some(cone) = cone else { return Ok(()) };
                 if !cone.cone_from_world.is_finite() {
                     return Err(Error::LightNotFinite { light: name() });
@@ -147,7 +145,10 @@ impl LampInput {
                 within("cone angle", cone.angle, std::f64::consts::PI)?;
                 within("blend", cone.blend, 1.0)
             }
-            LampShape::Panel { spread, .. } => within("spread", *spread, std::f64::consts::PI),
+            LampShape::Panel { outline, spread, .. } => {
+                validate_outline(&self.name, outline)?;
+                within("spread", *spread, std::f64::consts::PI)
+            }
         }
     }
 }
@@ -159,11 +160,9 @@ impl SkyInput {
     }
 
     pub(super) fn validate(&self) -> Result<(), Error> {
-        if !self.exitance_rgb.as_flattened().iter().all(|v| v.is_finite()) {
-            return Err(Error::LightNotFinite { light: self.name.clone() });
-        }
-        let expected = 6 * self.cells_per_side * self.cells_per_side;
-        if !self.cells_per_side.is_power_of_two() || self.exitance_rgb.len() != expected {
+        validate_strength(&self.name, self.exitance_rgb.as_flattened())?;
+        let expected = self.cells_per_side.checked_pow(2).and_then(|cells| cells.checked_mul(6));
+        if !self.cells_per_side.is_power_of_two() || expected != Some(self.exitance_rgb.len()) {
             let got = self.exitance_rgb.len();
             return Err(Error::SkyCells { light: self.name.clone(), got, per_side: self.cells_per_side });
         }

@@ -2,6 +2,7 @@
 
 mod lamps;
 pub(crate) mod quads;
+mod validation;
 pub(crate) mod world;
 
 use glam::{DMat4, DVec3};

@@ -3,11 +3,15 @@
 //! Validation happens here and only here; later stages trust what they find. Guarantees: every coordinate is finite,
 //! every index in range, every [`Face`] has an area and a unit normal on its front side, mirrored objects included.
 
-use glam::{DMat3, DVec3};
-use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
+use std::hash::{Hash, Hasher};
 
-use crate::error::Error;
+use glam::{DMat3, DVec3};
+use rustc_hash::{FxHashMap, FxHasher};
+
+use crate::error::{Error, some_of};
 use crate::index::{FaceId, typed_index};
+use crate::scene::validation::{validate_light, validate_links, validate_material, validate_object};
 use crate::scene::{AreaLightInput, LampInput, LampShape, MaterialInput, ObjectInput, SceneInput, SkyInput};
 use crate::visibility::{ConvexPolygon, grey};
 
@@ -58,6 +62,8 @@ pub(crate) struct World {
     /// All other lights, moved as well.
     pub(crate) lamps: Vec<LampInput>,
     pub(crate) sky: Option<SkyInput>,
+    /// Where the frame's origin is in the scene.
+    pub(crate) origin: DVec3,
     /// Diagonal of the bounding box of all surfaces and lights.
     pub(crate) diagonal: f64,
     pub(crate) warnings: Vec<String>,
@@ -86,6 +92,7 @@ impl World {
             lights: input.lights.clone(),
             lamps: input.lamps.clone(),
             sky: input.sky.clone(),
+            origin: DVec3::ZERO,
             diagonal: 0.0,
             warnings: Vec::new(),
         };
@@ -106,6 +113,7 @@ impl World {
             world.add_faces(ObjectId::new(id), object, &mut twins);
         }
         world.drop_lights_without_area();
+        world.name_duplicates();
         Ok(world)
     }
 
@@ -152,6 +160,7 @@ impl World {
             return;
         }
         let centre = 0.5 * (low + high);
+        self.origin = centre;
         self.diagonal = (high - low).length();
         self.vertices.iter_mut().for_each(|p| *p -= centre);
         self.lights.iter_mut().flat_map(|l| &mut l.outline).for_each(|p| *p -= centre);
@@ -254,6 +263,45 @@ impl World {
         });
     }
 
+    /// Whether a light takes light away, as Blender lets it.
+    pub(crate) fn has_negative_light(&self) -> bool {
+        let panels = self.lights.iter().flat_map(|light| light.exitance_rgb);
+        let lamps = self.lamps.iter().flat_map(LampInput::strength_rgb);
+        let cells = self.sky.iter().flat_map(|sky| sky.exitance_rgb.as_flattened().iter().copied());
+        panels.chain(lamps).chain(cells).any(|strength| strength < 0.0)
+    }
+
+    /// Faces that have all corners in common block once, but each is lit and reflects: a copy left in place by mistake.
+    fn name_duplicates(&mut self) {
+        let corners = |face: &Face| {
+            // -0 is where 0 is.
+            let mut corners = self.corners(face).map(|p| (p + DVec3::ZERO).to_array().map(f64::to_bits));
+            corners.sort_unstable();
+            corners
+        };
+        let mut hashed: Vec<(u64, u32)> = Vec::with_capacity(self.faces.len());
+        for (index, face) in (0..).zip(&self.faces) {
+            let mut hasher = FxHasher::default();
+            corners(face).hash(&mut hasher);
+            hashed.push((hasher.finish(), index));
+        }
+        hashed.sort_unstable();
+        let (mut count, mut names) = (0, BTreeSet::new());
+        for pair in hashed.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|(_, index)| &self.faces[index as usize]);
+            if pair[0].0 == pair[1].0 && corners(a) == corners(b) {
+                count += 1;
+                names.extend([a, b].map(|face| self.objects[face.object.index()].name.clone()));
+            }
+        }
+        if count > 0 {
+            self.warnings.push(format!(
+                "{count} faces of {} lie exactly on others: they block once, but each is lit and reflects",
+                some_of(&names)
+            ));
+        }
+    }
+
     /// Area of all faces, each with one of its sides, m².
     pub(crate) fn surface_area(&self) -> f64 {
         self.faces.iter().map(|face| face.area).sum()
@@ -279,77 +327,4 @@ pub(crate) const SAME_NORMAL: f64 = 1e-10;
 fn stopped(transmittance_rgb: [f64; 3]) -> [f64; 3] {
     let through = grey(DVec3::from_array(transmittance_rgb));
     transmittance_rgb.map(|share| 1.0 - share.max(through))
-}
-
-const CHANNELS: [&str; 3] = ["red", "green", "blue"];
-
-fn validate_material(material: &MaterialInput) -> Result<(), Error> {
-    let name = || material.name.clone();
-    for (channel, &value) in CHANNELS.into_iter().zip(&material.reflectance_rgb) {
-        if !(0.0..=1.0).contains(&value) {
-            return Err(Error::ReflectanceOutOfRange { material: name(), channel, value });
-        }
-    }
-    for (channel, &value) in CHANNELS.into_iter().zip(&material.transmittance_rgb) {
-        if !(0.0..=1.0).contains(&value) {
-            return Err(Error::TransmittanceOutOfRange { material: name(), channel, value });
-        }
-    }
-    for (channel, &value) in CHANNELS.into_iter().zip(&material.exitance_rgb) {
-        if !(value >= 0.0 && value.is_finite()) {
-            return Err(Error::ExitanceInvalid { material: name(), channel, value });
-        }
-    }
-    Ok(())
-}
-
-fn validate_light(light: &AreaLightInput) -> Result<(), Error> {
-    let finite =
-        light.exitance_rgb.iter().all(|v| v.is_finite()) && light.outline.iter().all(|p| p.is_finite());
-    if finite { Ok(()) } else { Err(Error::LightNotFinite { light: light.name.clone() }) }
-}
-
-fn validate_links(lamp: &LampInput, objects: usize) -> Result<(), Error> {
-    let linked = [&lamp.lit_objects, &lamp.blocking_objects];
-    match linked.into_iter().flatten().flatten().find(|&&object| object as usize >= objects) {
-        None => Ok(()),
-        Some(&object) => Err(Error::LinkOutOfRange { light: lamp.name.clone(), object, objects }),
-    }
-}
-
-fn validate_object(object: &ObjectInput, materials: usize) -> Result<(), Error> {
-    let name = || object.name.clone();
-    let expect = |array, got, expected| {
-        if got == expected {
-            Ok(())
-        } else {
-            Err(Error::LengthMismatch { object: name(), array, got, expected })
-        }
-    };
-    expect("triangle_materials", object.triangle_materials.len(), object.triangles.len())?;
-    if let Some(normals) = &object.corner_normals {
-        expect("corner_normals", normals.len(), object.triangles.len())?;
-        if let Some(corner) = normals.as_flattened().iter().position(|n| !n.is_finite()) {
-            return Err(Error::NormalNotFinite { object: name(), corner });
-        }
-    }
-    if !object.world_from_object.is_finite() {
-        return Err(Error::TransformNotFinite { object: name() });
-    }
-    let transform = &object.world_from_object;
-    let vertices = object.positions.len();
-    if let Some(vertex) = object.positions.iter().position(|&p| !transform.transform_point3(p).is_finite()) {
-        return Err(Error::VertexNotFinite { object: name(), vertex });
-    }
-    for (triangle, corners) in object.triangles.iter().enumerate() {
-        if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices) {
-            return Err(Error::VertexOutOfRange { object: name(), triangle, vertex, vertices });
-        }
-    }
-    for (triangle, &material) in object.triangle_materials.iter().enumerate() {
-        if material as usize >= materials {
-            return Err(Error::MaterialOutOfRange { object: name(), triangle, material, materials });
-        }
-    }
-    Ok(())
 }

@@ -93,6 +93,17 @@ struct Counters {
     sampled: AtomicU64,
     rays: AtomicU64,
     open: AtomicU64,
+    pairs: AtomicU64,
+    away: AtomicU64,
+}
+
+/// What is not looked at, since it would change nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Shortcuts {
+    /// Nothing hides anything from anything: nobody asks what may come between.
+    pub(crate) nothing_hides: bool,
+    /// Groups of receivers that face away from a source are put to it all the same, one by one.
+    pub(crate) look_behind: bool,
 }
 
 /// Scratch space of one thread.
@@ -103,6 +114,8 @@ pub(crate) struct Workspace {
     pub(crate) shared: Vec<u32>,
     /// What was narrowed down for a cluster, one list after the other.
     narrowed: Vec<u32>,
+    /// Sources that a cluster was put to, and those that it faces away from.
+    pairs: [u64; 2],
 }
 
 /// What may come between a cluster and a source, for the parts of the source to take over.
@@ -124,29 +137,60 @@ impl Workspace {
 /// Evaluates form factors in one scene.
 pub(crate) struct FormFactors<'a> {
     pub(crate) blockers: &'a Blockers,
+    shortcuts: Shortcuts,
     counters: Arc<Counters>,
 }
 
 impl<'a> FormFactors<'a> {
-    pub(crate) fn new(blockers: &'a Blockers) -> Self {
-        Self { blockers, counters: Arc::default() }
+    pub(crate) fn new(blockers: &'a Blockers, shortcuts: Shortcuts) -> Self {
+        Self { blockers, shortcuts, counters: Arc::default() }
     }
 
     /// The same among other blockers, counted together.
     pub(crate) fn among<'b>(&self, blockers: &'b Blockers) -> FormFactors<'b> {
-        FormFactors { blockers, counters: Arc::clone(&self.counters) }
+        let shortcuts = Shortcuts { nothing_hides: false, ..self.shortcuts };
+        FormFactors { blockers, shortcuts, counters: Arc::clone(&self.counters) }
+    }
+
+    /// How many clusters of receivers were put to a source, and how many of these face away from it.
+    pub(crate) fn pairs(&self) -> [u64; 2] {
+        [&self.counters.pairs, &self.counters.away].map(|count| count.load(Ordering::Relaxed))
+    }
+
+    /// Counts what a cluster was put to.
+    pub(crate) fn count_pairs(&self, workspace: &mut Workspace) {
+        let [pairs, away] = std::mem::take(&mut workspace.pairs);
+        self.counters.pairs.fetch_add(pairs, Ordering::Relaxed);
+        self.counters.away.fetch_add(away, Ordering::Relaxed);
+    }
+
+    /// Whether light can go from a source to any member of a cluster.
+    fn may_light(&self, at: Clustered, source: &ConvexPolygon, workspace: &mut Workspace) -> bool {
+        workspace.pairs[0] += 1;
+        if at.faces(source) {
+            return true;
+        }
+        workspace.pairs[1] += 1;
+        self.shortcuts.look_behind
     }
 
     /// How many form factors were exact, how many were sampled, the rays that took, and how many of the exact ones had
     /// nothing before their source.
     pub(crate) fn counts(&self) -> [u64; 4] {
-        let Counters { exact, sampled, rays, open } = &*self.counters;
+        let Counters { exact, sampled, rays, open, .. } = &*self.counters;
         [exact, sampled, rays, open].map(|count| count.load(Ordering::Relaxed))
     }
 
     /// Collects what may come between receiver points and a source.
-    pub(crate) fn candidates<'w>(&self, shaft: &Shaft, found: &'w mut Vec<u32>) -> Candidates<'w> {
-        match self.blockers.hiding(shaft, MOST_SHARED, found) {
+    pub(crate) fn candidates<'w>(
+        &self,
+        shaft: impl FnOnce() -> Shaft,
+        found: &'w mut Vec<u32>,
+    ) -> Candidates<'w> {
+        if self.shortcuts.nothing_hides {
+            return Candidates::Shared(&[]);
+        }
+        match self.blockers.hiding(&shaft(), MOST_SHARED, found) {
             Ok(()) => Candidates::Shared(found),
             Err(TooMany) => Candidates::Crowd,
         }
@@ -344,8 +388,8 @@ impl FormFactors<'_> {
         let mut shared = std::mem::take(&mut workspace.shared);
         let hull = polygon.vertices();
         let edges: SmallVec<[[usize; 2]; 4]> = (0..hull.len()).map(|k| [k, (k + 1) % hull.len()]).collect();
-        let shaft = Shaft::new(hull, &edges, source, Some((hull[0], polygon.normal())));
-        let candidates = self.candidates(&shaft, &mut shared);
+        let shaft = || Shaft::new(hull, &edges, source, Some((hull[0], polygon.normal())));
+        let candidates = self.candidates(shaft, &mut shared);
         let values = (receivers.iter().enumerate())
             .map(|(k, receiver)| {
                 let seed = seed.wrapping_mul(16).wrapping_add(k as u64);
@@ -388,10 +432,14 @@ impl FormFactors<'_> {
         known: Narrowed,
         workspace: &mut Workspace,
     ) -> Option<Narrowed> {
-        if !at.faces(source) {
+        if !self.may_light(at, source, workspace) {
             return None;
         }
         let Workspace { shared, narrowed, .. } = workspace;
+        if self.shortcuts.nothing_hides {
+            let none = narrowed.len() as u32;
+            return Some(Narrowed::Known { start: none, end: none });
+        }
         if let Narrowed::Known { start, end } = known {
             let Range { start, end } = self.narrow_further(at.cluster, source, start..end, narrowed);
             return Some(Narrowed::Known { start, end });
@@ -428,11 +476,15 @@ impl FormFactors<'_> {
         start..narrowed.len() as u32
     }
 
-    /// What places bring to each receiver of a cluster, by one ray each: per area of one of them, 1/m².
+    /// What places bring to each receiver of a cluster, by one ray each, as discs of the area that each stands for
+    /// (Wallace, Elmquist, Haines 1989): however near one is, it sends no more than the whole hemisphere can.
+    ///
+    /// `area`: of one of them, m².
     pub(crate) fn of_representatives(
         &self,
         at: Clustered,
         places: &[(DVec3, DVec3)],
+        area: f64,
         mut found: impl FnMut(usize, Found),
     ) {
         let mut rays = 0;
@@ -442,12 +494,12 @@ impl FormFactors<'_> {
             for &(place, facing) in places {
                 let to = place - position;
                 let distance2 = to.length_squared();
-                let kernel = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0)
-                    / (std::f64::consts::PI * distance2 * distance2);
-                if kernel > 0.0 {
+                let cosines = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0) / distance2;
+                if cosines > 0.0 {
                     rays += 1;
-                    open += kernel;
-                    value += kernel * self.blockers.between(position, place);
+                    let form_factor = area * cosines / (std::f64::consts::PI * distance2 + area);
+                    open += form_factor;
+                    value += form_factor * self.blockers.between(position, place);
                 }
             }
             if open > 0.0 {
@@ -475,7 +527,7 @@ impl FormFactors<'_> {
         mut found: impl FnMut(usize, Found),
     ) {
         // Most clusters lie behind a source or face away from it.
-        if !at.faces(source) {
+        if !self.may_light(at, source, workspace) {
             return;
         }
         let mut shared = std::mem::take(&mut workspace.shared);
@@ -487,8 +539,7 @@ impl FormFactors<'_> {
                 Candidates::Shared(&narrowed[kept.start as usize..kept.end as usize])
             }
             Narrowed::Unknown => {
-                let shaft = Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None);
-                self.candidates(&shaft, &mut shared)
+                self.candidates(|| Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None), &mut shared)
             }
         };
         for k in 0..at.cluster.members.len() {

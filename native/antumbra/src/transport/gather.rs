@@ -185,10 +185,9 @@ impl Gather<'_> {
                         (Seen::Cluster(_), Step::ToParts) => return Some(known),
                         (Seen::Cluster(representatives), Step::Whole) => {
                             let share = source.area() / representatives.len() as f64;
-                            self.form_factors.of_representatives(at, representatives, |k, found| {
-                                sums[k].irradiance += share * found.coloured() * source.radiosity();
-                                sums[k].variance +=
-                                    (share * found.noise * source.radiosity()).length_squared();
+                            self.form_factors.of_representatives(at, representatives, share, |k, found| {
+                                sums[k].irradiance += found.coloured() * source.radiosity();
+                                sums[k].variance += (found.noise * source.radiosity()).length_squared();
                             });
                             return None;
                         }
@@ -215,6 +214,7 @@ impl Gather<'_> {
                         sums[k] += brought;
                     });
                 }
+                self.form_factors.count_pairs(workspace);
                 sums
             })
             .collect();
@@ -274,6 +274,26 @@ pub(crate) fn rms(colour: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transport::form_factors::Shortcuts;
+    use crate::visibility::blockers::Blockers;
+
+    /// Seen from its axis, a disc of area a fills a/(a + pi d²) of the hemisphere.
+    #[test]
+    fn a_place_of_a_cluster_sends_what_its_disc_does_however_near() {
+        let blockers = Blockers::opaque(Vec::new(), 1.0);
+        let form_factors = FormFactors::new(&blockers, Shortcuts::default());
+        let receivers = [Receiver::new(DVec3::ZERO, DVec3::Z)];
+        let of = Seeded { receivers: &receivers, seeds: &[0] };
+        let cluster = &clusters(&receivers, CLUSTER_SIZE)[0];
+        for distance in [1e-12_f64, 1e-6, 0.1, 100.0] {
+            let places = [(distance * DVec3::Z, -DVec3::Z)];
+            let mut value = 0.0;
+            let found = |_, found: Found| value = found.grey();
+            form_factors.of_representatives(Clustered { cluster, of }, &places, 0.5, found);
+            let exact = 0.5 / (0.5 + std::f64::consts::PI * distance * distance);
+            assert!((value / exact - 1.0).abs() < 1e-12, "{value} from {distance} m");
+        }
+    }
 
     #[test]
     fn limits_continue_light_but_neither_its_noise_nor_beyond_darkness() {

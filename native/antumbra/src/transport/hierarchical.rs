@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use crate::display::{Display, Light, baked_area};
 use crate::error::Error;
+use crate::index::FaceId;
 use crate::mesh::Side;
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
@@ -172,10 +173,7 @@ impl<'a> Hierarchical<'a> {
         let hierarchy = &self.hierarchy;
         let mut direct = vec![Received::NOTHING; hierarchy.nodes.len()];
         let shown = |node: &Node| {
-            display.is_some()
-                && hierarchy.surface(node).is_some_and(|s| {
-                    s.side == Side::Front && s.faces.iter().all(|&face| self.world.receives(face))
-                })
+            display.is_some() && hierarchy.surface(node).is_some_and(|surface| self.is_displayed(surface))
         };
         if let Some(display) = display {
             self.spread(display, Light::Direct, &mut direct);
@@ -246,6 +244,50 @@ impl<'a> Hierarchical<'a> {
             .collect();
         self.system.correct(&self.hierarchy, &self.links.links, found);
         self.take_over_solution();
+    }
+
+    /// A bound of the rms of what surfaces could show of what they reflect, by all bounces, W/m².
+    ///
+    /// All that arrives was reflected by something, and no more arrives in square than was sent: the exchange is symmetric, and
+    /// no sum of form factors exceeds 1.
+    pub(crate) fn most_reflected(&self, display: &Display) -> f64 {
+        let squared = |rho: DVec3, h: DVec3| (rho * h).length_squared() / 3.0;
+        let mut sent = 0.0;
+        display.for_each_lit(Light::Direct, |face, places, values| {
+            let rho = DVec3::from_array(self.world.material(face).reflectance_rgb);
+            let [a, b, c] = places;
+            // Barycentric coordinates span the triangle's share of its face.
+            let area = self.world.faces[face.index()].area * a.dot(b.cross(c)).abs();
+            // A linear function's square, by the middles of the edges
+            let middles = [0, 1, 2].map(|k| 0.5 * (values[k] + values[(k + 1) % 3]));
+            sent += area / 3.0 * middles.into_iter().map(|h| squared(rho, h)).sum::<f64>();
+        });
+        for (node, direct) in self.hierarchy.nodes.iter().zip(&self.direct).filter(|(node, _)| node.is_leaf())
+        {
+            let Some(surface) = self.hierarchy.surface(node).filter(|s| !self.is_displayed(s)) else {
+                continue;
+            };
+            sent += node.area * squared(surface.reflectance, direct.most.max(direct.mean).max(DVec3::ZERO));
+        }
+        let most = self.hierarchy.nodes.iter().filter_map(|node| self.hierarchy.surface(node));
+        let rho = most.map(|surface| surface.reflectance.max_element()).fold(0.0, f64::max);
+        self.brightest_shown() * sent.sqrt() / (1.0 - rho) / baked_area(self.world).sqrt()
+    }
+
+    /// The largest share of arriving light that is shown anywhere, of any channel.
+    fn brightest_shown(&self) -> f64 {
+        if self.settings.quantity == Quantity::Irradiance {
+            return 1.0;
+        }
+        let receives = (0..self.world.faces.len()).map(FaceId::new).filter(|&face| self.world.receives(face));
+        receives
+            .map(|face| DVec3::from_array(self.world.shown_material(face).reflectance_rgb).max_element())
+            .fold(0.0, f64::max)
+    }
+
+    /// Whether the display mesh knows the emitters' light on a side of a surface.
+    fn is_displayed(&self, surface: &Surface) -> bool {
+        surface.side == Side::Front && surface.faces.iter().all(|&face| self.world.receives(face))
     }
 
     fn take_over_solution(&mut self) {

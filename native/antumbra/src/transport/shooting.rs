@@ -402,6 +402,7 @@ impl<'a> Shooting<'a> {
                         workspace,
                         |k, found| values.push((cluster.members[k], found.grey() as f32)),
                     );
+                    self.form_factors.count_pairs(workspace);
                 }
                 values
             })

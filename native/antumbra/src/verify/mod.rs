@@ -6,10 +6,11 @@
 //! light that is shown, the mean of (I - A)(I - B) is the squared error, without the noise of either estimate in it.
 //!
 //! ```text
-//! points ► (lights ► paths) ► statistics
+//! points ► (light ► lights ► paths) ► statistics
 //! ```
 
 mod beams;
+mod light;
 mod lights;
 mod paths;
 mod points;
@@ -153,6 +154,14 @@ impl<'a> Verifier<'a> {
         let energy_defect = self.course.last().map(|(_, arriving)| {
             Compared::new(&observed(arriving, &|_| DVec3::ONE)).map_or(0.0, |power| power.bias[0])
         });
+        let mean = end.mean;
+        let places = (chosen.iter().zip(observed(&light, &share)))
+            .map(|(&index, point)| {
+                let at = self.points.receiver(index).position + self.world.origin;
+                let error = (point.shown - point.truth()).element_sum() / 3.0 / mean;
+                [at.x, at.y, at.z, error].map(|value| value as f32)
+            })
+            .collect();
         Ok(Some(Verification {
             points,
             paths: count,
@@ -163,6 +172,7 @@ impl<'a> Verifier<'a> {
             p99: end.p99,
             energy_defect: energy_defect.unwrap_or(0.0),
             noise: end.noise,
+            places,
         }))
     }
 

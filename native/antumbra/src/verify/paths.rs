@@ -8,7 +8,8 @@ use glam::DVec3;
 
 use crate::scene::world::World;
 use crate::transport::sources::whole_faces;
-use crate::verify::lights::{Incoming, Lights, Stopped};
+use crate::verify::light::{Incoming, Stopped};
+use crate::verify::lights::Lights;
 use crate::visibility::blockers::{Blockers, Hit};
 use crate::visibility::rays::{splitmix, unit};
 

@@ -16,9 +16,18 @@ pub(super) struct Observed {
     pub(super) estimates: [DVec3; 2],
 }
 
+impl Observed {
+    /// What should be shown, as far as it is known, W/m².
+    pub(super) fn truth(&self) -> DVec3 {
+        0.5 * (self.estimates[0] + self.estimates[1])
+    }
+}
+
 /// What is shown against what should be, relative to the mean of the latter over points and channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Compared {
+    /// What should be shown, over points and channels, W/m².
+    pub(super) mean: f64,
     /// Rms error, and its 95 % interval.
     pub(super) error: [f64; 3],
     /// Mean difference, and its 95 % interval.
@@ -33,8 +42,7 @@ impl Compared {
     /// `None` where there is no light, or more is taken away than sent.
     pub(super) fn new(points: &[Observed]) -> Option<Self> {
         let count = points.len() as f64;
-        let truth = |point: &Observed| 0.5 * (point.estimates[0] + point.estimates[1]);
-        let mean = points.iter().map(|point| truth(point).element_sum() / 3.0).sum::<f64>() / count;
+        let mean = points.iter().map(|point| point.truth().element_sum() / 3.0).sum::<f64>() / count;
         if mean.is_nan() || mean <= 0.0 {
             return None;
         }
@@ -46,16 +54,19 @@ impl Compared {
         };
         let root = |square: f64| square.max(0.0).sqrt() / mean;
         let products: Vec<f64> = points.iter().map(product).collect();
-        let error = interval(&products).map(root);
+        let [square, low, high] = interval(&products, 0.0);
+        // A negative mean of what cannot be is chance, which must not end the interval below what else it allows.
+        let error = [square, low, high + (-square).max(0.0)].map(root);
 
-        let differences: Vec<f64> = points.iter().map(|p| (p.shown - truth(p)).element_sum() / 3.0).collect();
-        let bias = interval(&differences).map(|bias| bias / mean);
-        let mut distances: Vec<f64> = points.iter().map(|p| rms(p.shown - truth(p)) / mean).collect();
+        let differences: Vec<f64> =
+            points.iter().map(|p| (p.shown - p.truth()).element_sum() / 3.0).collect();
+        let bias = interval(&differences, f64::NEG_INFINITY).map(|bias| bias / mean);
+        let mut distances: Vec<f64> = points.iter().map(|p| rms(p.shown - p.truth()) / mean).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let p99 = distances[((0.99 * count) as usize).min(points.len() - 1)];
         let noise = |p: &Observed| (0.5 * (p.estimates[0] - p.estimates[1])).length_squared() / 3.0;
         let noise = (points.iter().map(noise).sum::<f64>() / count).sqrt() / mean;
-        Some(Self { error, bias, p99, noise })
+        Some(Self { mean, error, bias, p99, noise })
     }
 }
 
@@ -63,7 +74,10 @@ impl Compared {
 ///
 /// Errors sit in few places, so that their squares are far from normal: the interval is Hall's (1992), whose transformation
 /// takes their skewness out of Student's t.
-fn interval(values: &[f64]) -> [f64; 3] {
+///
+/// `least_skewness`: below which it is known not to be. Of the products of an error and two noises that is 0: a sample that
+/// is skewed the other way got its outliers by chance, and would end its interval where hardly any error fits in.
+fn interval(values: &[f64], least_skewness: f64) -> [f64; 3] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let moment = |power: i32| values.iter().map(|value| (value - mean).powi(power)).sum::<f64>() / count;
@@ -72,7 +86,7 @@ fn interval(values: &[f64]) -> [f64; 3] {
         return [mean; 3];
     }
     let deviation = (variance / (count - 1.0).max(1.0)).sqrt();
-    let skew = moment(3) / (variance.powf(1.5) * count.sqrt());
+    let skew = (moment(3) / variance.powf(1.5)).max(least_skewness) / count.sqrt();
     let student = |normal: f64| {
         if skew.abs() < ALMOST_SYMMETRIC {
             return normal;

@@ -181,8 +181,8 @@ fn angle_ratio(cross: DVec3, cosine: f64) -> f64 {
         return atan_ratio(sine2 / cosine2) / cosine;
     }
     let sine = sine2.sqrt();
-    // A sine of 0 with no positive cosine would put the receiver on the edge, thus in the source's plane.
-    sine.atan2(cosine) / sine
+    // On the edge itself, which a sliver's plane may miss by its own rounding, the edge spans no plane with the receiver.
+    if sine == 0.0 { 0.0 } else { sine.atan2(cosine) / sine }
 }
 
 /// The tangent up to which [`atan_ratio`] holds.

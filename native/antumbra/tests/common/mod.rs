@@ -3,6 +3,7 @@
 
 pub(crate) mod baked;
 pub(crate) mod lines;
+pub(crate) mod planned;
 pub(crate) mod scene;
 pub(crate) mod shape;
 
