@@ -137,6 +137,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         verifier: RefCell::new(Verifier::new(&world, settings.verify_points)),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
+    solver.tell_guesses(&display);
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
     let errors = solver.relative_errors(&display);
@@ -254,9 +255,7 @@ impl<'a> Solver<'a> {
                 least_area: 0.5 * (GRADED_TO * patches.patch_size).powi(2),
             });
         }
-        // The discontinuity methods start from the faces.
-        let coarse =
-            matches!(self.settings.method, Method::Uniform | Method::As).then(|| patches.mesh.clone());
+        let coarse = self.starts_coarse().then(|| patches.mesh.clone());
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
         self.begin(Stage::Lines);
@@ -264,7 +263,6 @@ impl<'a> Solver<'a> {
         let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
         let mut display = Display::new(mesh, known, &gather, |place| exchange.about(Light::Direct, place))?;
-        self.guess(&display, Light::Direct, exchange.knows_all());
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
         self.record(&display, &exchange);
 
@@ -303,11 +301,7 @@ impl<'a> Solver<'a> {
                 self.record_at(&display, 0.0, 0);
             }
             Solution::Looking(looking) => {
-                if ends() {
-                    looking.settle();
-                } else {
-                    looking.solve(&display);
-                }
+                looking.solve(&display, &ends);
                 self.record_at(&display, 0.0, 0);
             }
             Solution::Shooting(shooting) => {
@@ -336,7 +330,6 @@ impl<'a> Solver<'a> {
         let about = |place: &Receiver| exchange.about(Light::Indirect, place);
         let else_at = exchange.knows_all().then_some(&about as &(dyn Fn(&Receiver) -> DVec3 + Sync));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest, else_at)?;
-        self.guess(&display, Light::Indirect, exchange.knows_all());
         self.record(&display, &exchange);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
@@ -411,6 +404,11 @@ impl<'a> Solver<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the mesh starts from the patches' elements; the discontinuity methods start from the faces.
+    fn starts_coarse(&self) -> bool {
+        matches!(self.settings.method, Method::Uniform | Method::As)
     }
 
     /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
@@ -568,22 +566,20 @@ impl<'a> Solver<'a> {
     }
 
     /// Tells the user where light was not looked for.
-    fn guess(&mut self, display: &Display, light: Light, from_patches: bool) {
-        let share = display.guessed(light);
-        if share > 0.0 {
-            let name = match light {
-                Light::Direct => "light of emitters",
-                Light::Indirect => "indirect light",
-            };
-            let shown = if from_patches {
-                "they show what their patches get, without finer shadows"
-            } else {
-                "they show none of it"
-            };
-            self.warnings.push(format!(
-                "it ended before the {name} was looked for at {:.0} % of the vertices: {shown}",
-                (100.0 * share).max(1.0)
-            ));
+    fn tell_guesses(&mut self, display: &Display) {
+        let shown = if self.transport_mode == Transport::Rays {
+            "they show what their patches get, without finer shadows"
+        } else {
+            "they show none of it"
+        };
+        for (light, name) in [(Light::Direct, "light of emitters"), (Light::Indirect, "indirect light")] {
+            let share = display.guessed(light);
+            if share > 0.0 {
+                self.warnings.push(format!(
+                    "it ended before the {name} was looked for at {:.0} % of the vertices: {shown}",
+                    (100.0 * share).max(1.0)
+                ));
+            }
         }
     }
 

@@ -162,8 +162,13 @@ impl<'a> Looking<'a> {
         Ok(this)
     }
 
-    /// Once the display mesh knows the emitters' light: takes it over and solves again.
-    pub(crate) fn solve(&mut self, display: &Display) {
+    /// Once the display mesh knows the emitters' light: takes it over and solves again, or leaves it at the first estimate
+    /// when it has to end.
+    pub(crate) fn solve(&mut self, display: &Display, ends: &(dyn Fn() -> bool + Sync)) {
+        self.solved = true;
+        if ends() {
+            return;
+        }
         let elements = self.patches.patches.iter().flat_map(|patch| patch.elements.iter().copied());
         let received = received(&self.mesh, self.world, Some(display), elements);
         for (index, patch) in self.patches.patches.iter().enumerate() {
@@ -180,7 +185,6 @@ impl<'a> Looking<'a> {
             }
         }
         self.solve_system();
-        self.solved = true;
     }
 
     /// What emitters bring to the middle of every side: by single rays where much stands in between.
@@ -280,11 +284,6 @@ impl<'a> Looking<'a> {
             return 0.0;
         }
         (1.0 - self.mean_of(&self.direct) / self.mean_shown).clamp(0.0, 1.0)
-    }
-
-    /// Leaves it at the first estimate: its time is up.
-    pub(crate) fn settle(&mut self) {
-        self.solved = true;
     }
 
     /// About what arrives at a place on a surface: what its patch gets, W/m². The sky counts as a surface here.
