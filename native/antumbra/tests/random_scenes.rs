@@ -184,9 +184,7 @@ fn some_random_scenes_bake() {
 /// Each of these broke something once: a receiver in the very middle of a cluster that was not told apart (36).
 #[test]
 fn random_scenes_that_were_broken_bake() {
-    for seed in [36] {
-        assert_eq!(broken(seed..seed + 1), [0; 0]);
-    }
+    assert_eq!(broken(36..37), [0; 0]);
 }
 
 #[test]
