@@ -16,6 +16,7 @@
 #![expect(unexpected_cfgs, reason = "`fuzzing` is set by cargo-fuzz, which builds this from native/fuzz")]
 
 mod adapt;
+mod course;
 mod display;
 pub mod error;
 #[cfg(fuzzing)]

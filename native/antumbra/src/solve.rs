@@ -1,31 +1,25 @@
 //! The driver: the only place that loops over stages.
 
-use std::cell::{Cell, RefCell};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::DVec3;
 
 use crate::adapt::contact_lines::contacts;
-use crate::adapt::line_choice::{Lines, WORTH_A_VERTEX};
-use crate::adapt::line_search::LineSearch;
-use crate::adapt::line_sources::{LineSource, mean_brought, secondary_sources};
 use crate::adapt::refinement::{EVEN, Hidden, Refinement};
+use crate::adapt::scene_lines::SceneLines;
+use crate::course::{Course, SHOOTING};
 use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
-use crate::index::FaceId;
-use crate::lamps::Lamp;
 use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Grading, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
 use crate::report::{
-    Iteration, LineSummary, Memory, Report, ResultSummary, SceneSummary, Timings, TransportSummary,
-    VisibilitySummary,
+    LineSummary, Memory, Report, ResultSummary, SceneSummary, Timings, TransportSummary, VisibilitySummary,
 };
 use crate::scene::SceneInput;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings, Transport};
-use crate::shadow::silhouette::BlockerEdges;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hierarchical::Hierarchical;
@@ -33,7 +27,6 @@ use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::sources::{Emitters, blockers};
-use crate::verify::{Baked, Verifier};
 use crate::visibility::Receiver;
 use crate::weld::{Bake, weld};
 
@@ -48,18 +41,10 @@ const SHARE_OF_PATCHES: f64 = 0.4;
 /// The same for the noise of rays.
 const SHARE_OF_RAYS: f64 = 0.4;
 
-/// The part of a bake that shooting is, for the progress bar: about a third of the time in closed rooms, which are the
-/// ones that one waits for.
-const SHOOTING: [f64; 2] = [0.1, 0.4];
-
 /// Triangles up to which links carry the light unless something else is asked for: on the paper's scene, in the Cornell box
 /// and in two rooms they err less than shooting and take 1.0, 0.6 and 0.7 times as long. Pairs that are told apart grow with
 /// the square of the triangles, and an interior of ten thousand was not linked in two minutes; beyond, patches look around.
 const MOST_LINKED: usize = 2_000;
-
-/// Tolerance below which lines of a scene in which patches look around are not looked for: in an interior of 260,000
-/// triangles it took 9 s of processor time at 5 % and 90 s at 1 %, a third of the bake.
-const LINES_OF_CROWDS: f64 = 0.03;
 
 /// Contacts shorter than this, in patches, do not divide patches: what leaks under such a thing is a sixteenth of a
 /// patch's area.
@@ -72,10 +57,6 @@ const LEAST_CONTACT: f64 = 1.0 / 64.0;
 /// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
 /// corner of a larger element knows of would be looked for in a few places only.
 const LONGEST_OF_CROWDS: f64 = 8.0;
-
-/// Work of which a bake that was cut short is verified with as much effort as one that was not: who wants it now waits a
-/// second or two for that.
-const MOST_WORK_VERIFIED_AT_ONCE: u64 = 4_000_000;
 
 /// Edge to which triangles are graded where patches look around, in patches.
 const GRADED_TO: f64 = 0.5;
@@ -115,50 +96,39 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let form_factors = FormFactors::new(&blockers, plan.shortcuts());
     monitor.check()?;
     let mut solver = Solver {
-        input,
         world: &world,
         settings,
         monitor,
         form_factors: &form_factors,
         emitters: &emitters,
         shown: shown(&world, settings.quantity),
-        start,
-        deadline: (settings.time_limit > 0.0).then(|| start + Duration::from_secs_f64(settings.time_limit)),
+        course: Course::new(
+            input,
+            &world,
+            settings,
+            monitor,
+            start,
+            emitters.polygons.len(),
+            plan.exchanges(),
+        ),
         triangle_limit: 0,
         out_of_budget: false,
         cutting: Cutting::default(),
         plan,
         transport_mode,
         transport: TransportSummary::default(),
-        iterations: RefCell::default(),
-        estimate: Cell::default(),
-        mean_shown: Cell::default(),
         warnings: Vec::new(),
-        verifier: RefCell::new(Verifier::new(&world, settings.verify_points)),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
     solver.tell_guesses(&display);
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
-    let errors = solver.relative_errors(&display);
-    let meshes = weld(input, &world, &display, &solver.layers(&display, indirect_scale), &errors, settings);
+    let course = &solver.course;
+    let errors = course.relative_errors(&display, &solver.shown);
+    let meshes = weld(input, &world, &display, &course.layers(&display, indirect_scale), &errors, settings);
     monitor.check()?;
-    let mut iterations = solver.iterations.take();
-    let verification = match solver.verifier.take() {
-        Some(verifier) => {
-            monitor.report(Progress { stage: Stage::Verifying, ..monitor.progress() });
-            let work = form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64;
-            let baked = Baked {
-                meshes: &meshes,
-                shown: &solver.shown,
-                emission_is_shown: settings.quantity == Quantity::Radiosity,
-                tolerance: settings.tolerance,
-                work: if solver.is_cut_short() { work.min(MOST_WORK_VERIFIED_AT_ONCE) } else { work },
-            };
-            verifier.verify(&blockers, &baked, &mut iterations, monitor)?
-        }
-        None => None,
-    };
+    let work = form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64;
+    let (iterations, verification) = course.verify(&blockers, &meshes, &solver.shown, work)?;
     let visibility = VisibilitySummary::from(form_factors.counts());
     let result = ResultSummary {
         triangles: meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
@@ -205,7 +175,6 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
 
 /// One solution on its way.
 struct Solver<'a> {
-    input: &'a SceneInput,
     world: &'a World,
     settings: &'a Settings,
     monitor: &'a Monitor,
@@ -213,9 +182,7 @@ struct Solver<'a> {
     emitters: &'a Emitters,
     /// Per material: the share of arriving light that is shown, per channel.
     shown: Vec<DVec3>,
-    start: Instant,
-    /// When the user's time is up.
-    deadline: Option<Instant>,
+    course: Course<'a>,
     /// Triangles that the display mesh may have.
     triangle_limit: usize,
     out_of_budget: bool,
@@ -224,15 +191,8 @@ struct Solver<'a> {
     /// Never left to the solver.
     transport_mode: Transport,
     transport: TransportSummary,
-    iterations: RefCell<Vec<Iteration>>,
-    /// Per [`Light`]: the integral of the squared error that refinement estimates, W²/m².
-    estimate: Cell<[Option<f64>; 2]>,
-    /// What errors are relative to, as far as it is known, W/m².
-    mean_shown: Cell<f64>,
     /// For the report.
     warnings: Vec<String>,
-    /// Where it is wanted.
-    verifier: RefCell<Option<Verifier<'a>>>,
 }
 
 impl<'a> Solver<'a> {
@@ -240,12 +200,11 @@ impl<'a> Solver<'a> {
     ///
     /// Returns the display, what its indirect light must be scaled by, and the share of light never shot.
     fn solve(&mut self) -> Result<(Display<'a>, DVec3, f64), Error> {
-        let (monitor, deadline) = (self.monitor, self.deadline);
-        let ends = move || ends(monitor, deadline);
+        let ends = self.course.ends();
 
         // Emitters shoot
         let mut sizes = Sizes::new(self.world, self.settings);
-        self.begin(Stage::Linking);
+        self.course.begin(Stage::Linking);
         let patches = self.patch_mesh(sizes, &ends);
         self.monitor.check()?;
         if self.transport_mode == Transport::Rays && self.settings.element_size == 0.0 {
@@ -258,13 +217,13 @@ impl<'a> Solver<'a> {
         let coarse = self.starts_coarse().then(|| patches.mesh.clone());
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
-        self.begin(Stage::Lines);
+        self.course.begin(Stage::Lines);
         let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
         let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
         let mut display = Display::new(mesh, known, &gather, |place| exchange.about(Light::Direct, place))?;
         self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
-        self.record(&display, &exchange);
+        self.course.record(&display, &exchange);
 
         // Refine the mesh for their light
         if self.settings.method != Method::Uniform {
@@ -280,8 +239,8 @@ impl<'a> Solver<'a> {
                     (self.triangle_limit - display.triangle_count().min(self.triangle_limit)) / 2;
             }
             let held_back = display.refine(Light::Direct, &refinement, |display, error| {
-                self.estimate.set([Some(error), None]);
-                self.record(display, &exchange);
+                self.course.estimate.set([Some(error), None]);
+                self.course.record(display, &exchange);
             })?;
             // What is kept for the patches' light is not out of budget.
             let out_of_budget = held_back && refinement.triangle_budget == self.triangle_limit;
@@ -298,11 +257,11 @@ impl<'a> Solver<'a> {
         match &mut exchange {
             Solution::Hierarchical(hierarchical) => {
                 hierarchical.solve(&display, &ends)?;
-                self.record_at(&display, 0.0, 0);
+                self.course.record_at(&display, 0.0, 0);
             }
             Solution::Looking(looking) => {
                 looking.solve(&display, &ends);
-                self.record_at(&display, 0.0, 0);
+                self.course.record_at(&display, 0.0, 0);
             }
             Solution::Shooting(shooting) => {
                 shooting.fit_to_direct_light(&display, &ends)?;
@@ -330,13 +289,13 @@ impl<'a> Solver<'a> {
         let about = |place: &Receiver| exchange.about(Light::Indirect, place);
         let else_at = exchange.knows_all().then_some(&about as &(dyn Fn(&Receiver) -> DVec3 + Sync));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest, else_at)?;
-        self.record(&display, &exchange);
+        self.course.record(&display, &exchange);
         if self.settings.method != Method::Uniform && !self.out_of_budget {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
             let held_back = display.refine(Light::Indirect, &refinement, |display, error| {
-                self.estimate.set([self.estimate.get()[0], Some(error)]);
-                self.record(display, &exchange);
+                self.course.estimate.set([self.course.estimate.get()[0], Some(error)]);
+                self.course.record(display, &exchange);
             })?;
             self.out_of_budget |= held_back;
         }
@@ -348,7 +307,7 @@ impl<'a> Solver<'a> {
             let lit = hierarchical.lit();
             display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
         }
-        self.record(&display, &exchange);
+        self.course.record(&display, &exchange);
         self.transport = exchange.summary();
         Ok((display, exchange.closing_factor(), exchange.remaining()))
     }
@@ -360,8 +319,8 @@ impl<'a> Solver<'a> {
         if !self.plan.leaves_out_second_bounce(most / exchange.wanted_error()) {
             return false;
         }
-        self.estimate.set([self.estimate.get()[0], Some(most * most * baked_area(self.world))]);
-        self.record(display, exchange);
+        self.course.estimate.set([self.course.estimate.get()[0], Some(most * most * baked_area(self.world))]);
+        self.course.record(display, exchange);
         true
     }
 
@@ -394,13 +353,13 @@ impl<'a> Solver<'a> {
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
         let mut unshot = shooting.remaining();
-        self.record_at(display, unshot, shooting.shots);
+        self.course.record_at(display, unshot, shooting.shots);
         while !ends() {
             let Some(computed) = shooting.shoot()? else { break };
             // Shots from kept columns take microseconds; only what changes the picture is an iteration.
             if computed || shooting.remaining() < 0.5 * unshot {
                 unshot = shooting.remaining();
-                self.record_at(display, unshot, shooting.shots);
+                self.course.record_at(display, unshot, shooting.shots);
             }
         }
         Ok(())
@@ -443,7 +402,17 @@ impl<'a> Solver<'a> {
         let limit = u8::try_from(self.settings.max_level).unwrap_or(u8::MAX);
         let world = self.world;
         let Some(mut mesh) = coarse else {
-            let lines = self.lines(exchange, ends)?;
+            let lines = SceneLines {
+                world,
+                settings: self.settings,
+                monitor: self.monitor,
+                form_factors: self.form_factors,
+                emitters: self.emitters,
+                shown: &self.shown,
+                shares: [SHARE_OF_EMITTERS, SHARE_OF_PATCHES],
+                looks_for_shadows: self.plan.looks_for_shadows(),
+            };
+            let lines = lines.find(exchange, ends)?;
             // Bisecting twice does what quartering does once.
             let deepest = limit.saturating_mul(2);
             // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
@@ -459,58 +428,6 @@ impl<'a> Solver<'a> {
         let levels = subdivide_to(&mut mesh, world, sizes.element);
         let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
         Ok(DisplayMesh::Quartered(Quartering { world, mesh, deepest, shared_samples }))
-    }
-
-    /// Contacts, and the shadow boundaries of emitters and of what reflects their light.
-    fn lines(&self, exchange: &Solution, ends: &(dyn Fn() -> bool + Sync)) -> Result<Lines, Error> {
-        let (world, blockers) = (self.world, self.form_factors.blockers);
-        let worth = (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX);
-        let mut wanted_error = exchange.wanted_error();
-        let tolerance = match self.transport_mode {
-            Transport::Rays => self.settings.tolerance.max(LINES_OF_CROWDS),
-            _ => self.settings.tolerance,
-        };
-        wanted_error *= tolerance / self.settings.tolerance;
-        let edges = BlockerEdges::new(blockers.polygons());
-        let search = |wanted_error: f64| {
-            let allowed = wanted_error.powi(2) * baked_area(world);
-            LineSearch {
-                world,
-                blockers,
-                edges: &edges,
-                monitor: self.monitor,
-                ends,
-                shown: &self.shown,
-                allowed,
-                max_blockers: self.settings.max_blockers as usize,
-                price: worth.map(|worth| worth * allowed),
-            }
-        };
-
-        // The light jumps by about its mean across a contact, and without the line would be wrong over about its length
-        // in square.
-        let primary = search(SHARE_OF_EMITTERS * wanted_error);
-        let mean_radiosity = wanted_error / tolerance;
-        let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
-        let receives = |face| world.receives(face);
-        let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
-        if !self.plan.looks_for_shadows() {
-            return Ok(lines);
-        }
-        let panels = self.emitters.tree.lamps.iter().filter_map(Lamp::panel);
-        let lit = self.emitters.polygons.iter().cloned().chain(panels);
-        let emitters: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
-        lines.add(primary.find(&emitters)?);
-        lines.add(primary.find_of_lamps(&self.emitters.tree.lamps, self.form_factors)?);
-
-        // Where no emitter is seen, all the light there is comes from these.
-        let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);
-        let faces = FaceId::range(0..world.faces.len()).filter(|&face| receives(face)).count();
-        let reflecting = secondary_sources(&exchange.reflectors(), &edges, brightest, faces);
-        let mean_radiosity = mean_radiosity.max(mean_brought(world, &self.shown, &reflecting));
-        let secondary = search(SHARE_OF_PATCHES * tolerance * mean_radiosity);
-        lines.add(secondary.find(&reflecting)?);
-        Ok(lines)
     }
 
     fn gather<'g>(
@@ -545,16 +462,11 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Whether it ended before it was done.
-    fn is_cut_short(&self) -> bool {
-        ends(self.monitor, self.deadline)
-    }
-
     /// Why it ended.
     fn ended_by(&self) -> &'static str {
         if self.monitor.wants_end() {
             "stopped"
-        } else if self.is_cut_short() {
+        } else if self.course.ends()() {
             "time_limit"
         } else if self.out_of_budget && self.settings.triangle_budget == 0 {
             "refinement_limit"
@@ -582,86 +494,6 @@ impl<'a> Solver<'a> {
             }
         }
     }
-
-    /// Says what is being done from now on.
-    fn begin(&self, stage: Stage) {
-        self.monitor.report(Progress { stage, ..self.monitor.progress() });
-    }
-
-    /// Per kind of light what arrives. A solution errs by some billionths, in the dark also downwards: there only a negative
-    /// lamp takes light away.
-    fn layers(&self, display: &Display, indirect_scale: DVec3) -> [Vec<DVec3>; 2] {
-        let mut layers = display.layers(indirect_scale);
-        if !self.world.has_negative_light() {
-            let lights = layers.iter_mut().flatten();
-            lights.for_each(|light| *light = DVec3::select(light.cmplt(DVec3::ZERO), DVec3::ZERO, *light));
-        }
-        layers
-    }
-
-    /// Shows the mesh with the light found so far to a caller who asked for it.
-    fn show(&self, display: &Display) {
-        let layers = || self.layers(display, DVec3::ONE);
-        let welded = || weld(self.input, self.world, display, &layers(), &[], self.settings);
-        self.monitor.show(welded);
-    }
-
-    /// Records a stage, and keeps its mesh where it is to be verified.
-    fn record(&self, display: &Display, exchange: &Solution) {
-        self.mean_shown.set(exchange.wanted_error() / self.settings.tolerance);
-        self.record_at(display, exchange.remaining(), exchange.shots());
-        let mut iterations = self.iterations.borrow_mut();
-        if let Some(last) = iterations.last_mut() {
-            last.estimated = self.estimated();
-        }
-        if let Some(verifier) = &mut *self.verifier.borrow_mut() {
-            verifier.watch(display, exchange.closing_factor(), iterations.len());
-        }
-    }
-
-    /// The error by what refinement estimates of all light that is looked at, relative to the mean radiosity.
-    fn estimated(&self) -> Option<f64> {
-        let [direct, indirect] = self.estimate.get();
-        let indirect = if self.plan.exchanges() { indirect } else { Some(0.0) };
-        let error = ((direct? + indirect?) / baked_area(self.world)).sqrt() / self.mean_shown.get();
-        error.is_finite().then_some(error)
-    }
-
-    /// The same per sample, of the elements around it.
-    fn relative_errors(&self, display: &Display) -> Vec<f64> {
-        let mut errors = display.errors(self.world, &self.shown);
-        let scale = if self.mean_shown.get() > 0.0 { 1.0 / self.mean_shown.get() } else { 0.0 };
-        for error in &mut errors {
-            *error *= scale;
-        }
-        errors
-    }
-
-    fn record_at(&self, display: &Display, unshot: f64, shots: usize) {
-        self.show(display);
-        let [elements, vertices] = display.counts();
-        let iteration = Iteration {
-            time_s: self.start.elapsed().as_secs_f64(),
-            shots: self.emitters.polygons.len() + shots,
-            elements,
-            vertices,
-            unshot,
-            error: None,
-            estimated: None,
-        };
-        // Unshot light falls about exponentially, so its logarithm falls like the work that is left. The estimate of
-        // what is still to come may rise; a progress bar must not fall.
-        let fraction = unshot.max(f64::MIN_POSITIVE).ln() / (0.05 * self.settings.tolerance).ln();
-        self.monitor.report(Progress {
-            stage: Stage::Shooting,
-            fraction: (SHOOTING[0] + (SHOOTING[1] - SHOOTING[0]) * fraction.clamp(0.0, 1.0))
-                .max(self.monitor.progress().fraction),
-            shots: iteration.shots,
-            elements: iteration.elements,
-            unshot,
-        });
-        self.iterations.borrow_mut().push(iteration);
-    }
 }
 
 /// How surfaces exchange light in a scene, as asked for or as suits it.
@@ -679,9 +511,4 @@ fn shared_samples(mesh: &DisplayMesh) -> usize {
         DisplayMesh::Quartered(mesh) => mesh.shared_samples,
         DisplayMesh::Tessellated(mesh) => mesh.shared_samples,
     }
-}
-
-/// Whether the caller wants no more, or the time is up.
-fn ends(monitor: &Monitor, deadline: Option<Instant>) -> bool {
-    monitor.wants_end() || deadline.is_some_and(|deadline| Instant::now() > deadline)
 }

@@ -12,3 +12,4 @@ pub(crate) mod line_sources;
 mod line_strength;
 pub(crate) mod patch_light;
 pub(crate) mod refinement;
+pub(crate) mod scene_lines;
