@@ -34,6 +34,7 @@ __all__ = [
     "Scene",
     "SolverPanicError",
     "__version__",
+    "_start_failing",
     "start",
 ]
 
