@@ -11,8 +11,10 @@ while it was being written (`write`). These three are looked at a hundred times 
 
 import importlib
 import json
+import os
+import subprocess
 import sys
-import threading
+import tempfile
 import time
 from pathlib import Path
 
@@ -29,21 +31,32 @@ def held(kind: str) -> int:
     return 1024 * int(line.split()[1])
 
 
-class Watch(threading.Thread):
-    """Looks at the process's memory from when it is started until `end` is set."""
+WATCHER = f"""
+import sys, time
+while True:
+    line = next(line for line in open(sys.argv[1]) if line.startswith("VmRSS"))
+    print(time.perf_counter(), 1024 * int(line.split()[1]), flush=True)
+    time.sleep({1.0 / LOOKS_A_SECOND})
+"""
+
+
+class Watch:
+    """Looks at the process's memory from another process: in a second thread of Python, Blender's own calls crash."""
 
     def __init__(self) -> None:
-        super().__init__(daemon=True)
-        self.end = threading.Event()
-        self.looks: list[tuple[float, int]] = []
+        self.looks = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115  It is closed with the process.
+        status = f"/proc/{os.getpid()}/status"
+        self.watcher = subprocess.Popen([sys.executable, "-c", WATCHER, status], stdout=self.looks)
 
-    def run(self) -> None:
-        while not self.end.wait(1.0 / LOOKS_A_SECOND):
-            self.looks.append((time.perf_counter(), held("VmRSS")))
+    def end(self) -> None:
+        self.watcher.terminate()
+        self.watcher.wait()
 
     def most(self, start: float, end: float) -> int:
-        """Between two moments."""
-        return max((held for moment, held in self.looks if start <= moment <= end), default=0)
+        """Between two moments of the system's monotonic clock."""
+        self.looks.seek(0)
+        looks = [line.split() for line in self.looks if line.endswith("\n")]
+        return max((int(held) for moment, held in looks if start <= float(moment) <= end), default=0)
 
 
 def main() -> None:
@@ -57,10 +70,8 @@ def main() -> None:
         arguments += ["--set", assignment]
 
     # Bake, watched
+    before = held("VmRSS") if STATUS.is_file() else None
     watch = Watch() if STATUS.is_file() else None
-    before = held("VmRSS") if watch else None
-    if watch:
-        watch.start()
     start = time.perf_counter()
     code = importlib.import_module(f"{EXTENSION}.cli").run(arguments)
     if code != 0:
@@ -70,8 +81,7 @@ def main() -> None:
     report = json.loads(Path(out).read_text(encoding="utf-8"))
     memory: dict[str, int | None] = dict.fromkeys(("before", "read", "solve", "write", "most"))
     if watch and before is not None:
-        watch.end.set()
-        watch.join()
+        watch.end()
         times = report["timings"]
         read = start + times["read_s"]
         solved = read + times["solve_s"]
