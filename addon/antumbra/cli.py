@@ -83,6 +83,9 @@ def _open(file: Path) -> None:
 
 def _bake(target: Target, arguments: Arguments) -> dict[str, Any]:
     settings = _settings(arguments.assignments)
+    if target.output.is_dir():
+        # Blender 4.2 would put the file in the place of an empty folder.
+        raise InputError(f"{target.output} could not be written: it is a folder")
 
     # Bake
     bake = new_bake(settings)
