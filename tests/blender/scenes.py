@@ -98,6 +98,14 @@ def select(*objects):
     bpy.context.view_layer.objects.active = objects[0] if objects else None
 
 
+def add_cubes_below_a_lamp():
+    """Four cubes in a row on a large plane."""
+    for index in range(4):
+        add_cube(f"Cube {index}").location = (3 * index, 0, 1)
+    add_plane(size=20.0)
+    add_area_light(location=(1, 1, 6))
+
+
 def bake(**settings):
     """Bake from Python with a coarse tolerance, as fast as it goes."""
     for name, value in {"tolerance": 0.1, "receivers": "ALL", **settings}.items():

@@ -10,7 +10,7 @@ import bpy
 import pytest
 from extension import module
 from fingerprint import fingerprint
-from scenes import add_area_light, add_cube, add_mesh, add_plane, bake, baked_objects
+from scenes import add_area_light, add_cubes_below_a_lamp, add_mesh, add_plane, bake, baked_objects
 from test_command_line import blend, complaint, run  # noqa: F401  (blend is a fixture)
 
 STAGES = ("preparing", "linking surfaces", "finding shadow boundaries", "shooting light", "verifying")
@@ -19,10 +19,7 @@ STAGES = ("preparing", "linking surfaces", "finding shadow boundaries", "shootin
 @pytest.fixture
 def scene_to_bake():
     """Cubes on a plane below a lamp, and how they are before anything happens to them."""
-    for index in range(4):
-        add_cube(f"Cube {index}").location = (3 * index, 0, 1)
-    add_plane(size=20.0)
-    add_area_light(location=(1, 1, 6))
+    add_cubes_below_a_lamp()
     bpy.context.scene.antumbra.receivers = "ALL"
     bpy.context.scene.antumbra.tolerance = 0.1
     return fingerprint()

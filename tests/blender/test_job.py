@@ -6,16 +6,13 @@ import pytest
 from conftest import EXTENSION
 from extension import module
 from fingerprint import fingerprint
-from scenes import add_area_light, add_cube, add_plane, baked_objects
+from scenes import add_cubes_below_a_lamp, baked_objects
 
 
 @pytest.fixture
 def long_bake():
     """A job that would take hours."""
-    for index in range(4):
-        add_cube(f"Cube {index}").location = (3 * index, 0, 1)
-    add_plane(size=20.0)
-    add_area_light(location=(1, 1, 6))
+    add_cubes_below_a_lamp()
     scene = bpy.context.scene
     settings = module("core.settings").Settings(tolerance=1e-6, max_level=16, receivers="ALL")
     before = fingerprint()

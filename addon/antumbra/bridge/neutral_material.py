@@ -118,26 +118,24 @@ def may_emit(material: Any) -> bool:
 
 def has_glass(material: Any) -> bool:
     """Whether any node may let light through as glass does."""
-
-    def is_glass(node: Any) -> bool:
-        if node.type == "BSDF_PRINCIPLED":
-            weight = node.inputs["Transmission Weight"]
-            return bool(weight.is_linked or weight.default_value > 0.0)
-        return node.type in GLASS
-
-    return any(is_glass(node) for tree in trees_of(material) for node in tree.nodes)
+    return _may_be(material, GLASS, "Transmission Weight")
 
 
 def has_metal(material: Any) -> bool:
     """Whether any node may reflect like a metal."""
+    return _may_be(material, METALS, "Metallic")
 
-    def is_metal(node: Any) -> bool:
+
+def _may_be(material: Any, types: frozenset[str], share_of_principled: str) -> bool:
+    """Whether any node is of some types, or a Principled one with more than nothing of a share."""
+
+    def is_one(node: Any) -> bool:
         if node.type == "BSDF_PRINCIPLED":
-            metallic = node.inputs["Metallic"]
-            return bool(metallic.is_linked or metallic.default_value > 0.0)
-        return node.type in METALS
+            share = node.inputs[share_of_principled]
+            return bool(share.is_linked or share.default_value > 0.0)
+        return node.type in types
 
-    return any(is_metal(node) for tree in trees_of(material) for node in tree.nodes)
+    return any(is_one(node) for tree in trees_of(material) for node in tree.nodes)
 
 
 def coordinates_of(material: Any) -> set[str]:

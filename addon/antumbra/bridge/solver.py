@@ -83,8 +83,8 @@ def _arguments(settings: Settings) -> dict[str, Any]:
 
 
 def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLight, scene: SceneRecord) -> None:
-    links = (light.links.lit, light.links.blocking)
-    lit, blocking = (None if linked is None else linked.among(scene.objects) for linked in links)
+    linked = {"lit_objects": light.links.lit, "blocking_objects": light.links.blocking}
+    links = {name: None if linked is None else linked.among(scene.objects) for name, linked in linked.items()}
     if isinstance(light, AreaLight):
         native.add_area_light(
             light.name,
@@ -92,8 +92,7 @@ def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLigh
             light.exitance_rgb,
             light.spread,
             light.casts_shadows,
-            lit_objects=lit,
-            blocking_objects=blocking,
+            **links,
         )
     elif isinstance(light, Sun):
         native.add_sun(
@@ -102,8 +101,7 @@ def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLigh
             light.angle,
             light.irradiance_rgb,
             light.casts_shadows,
-            lit_objects=lit,
-            blocking_objects=blocking,
+            **links,
         )
     else:
         cone = light.cone
@@ -115,8 +113,7 @@ def _add_light(native: antumbra_native.Scene, light: AreaLight | Sun | PointLigh
             light.faces_receiver,
             light.casts_shadows,
             None if cone is None else (cone.cone_from_world, cone.angle, cone.blend),
-            lit_objects=lit,
-            blocking_objects=blocking,
+            **links,
         )
 
 

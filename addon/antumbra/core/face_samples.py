@@ -57,18 +57,27 @@ def sampling_levels(areas: Floats, samples_per_area: float) -> IntArray:
 
 def place_samples(surface: Surface, levels: IntArray) -> Samples:
     """Samples on the triangles of a surface; levels (T,), 0 for triangles that nobody looks at."""
-    sources, barycentrics = [], []
+    source, barycentric = nodes_by_level(levels)
+    return small_triangles(surface, source, barycentric)
+
+
+def nodes_by_level(levels: IntArray) -> tuple[IntArray, Floats]:
+    """(S,) and (S, 3, 3): which of T triangles each small triangle is on, and the coordinates of its corners there."""
+    which, barycentrics = [], []
     for level in np.unique(levels[levels > 0]):
         chosen = np.flatnonzero(levels == level)
         nodes = nodes_of(int(level))
-        sources.append(np.repeat(chosen, len(nodes)))
+        which.append(np.repeat(chosen, len(nodes)))
         barycentrics.append(np.tile(nodes, (len(chosen), 1, 1)))
-    source = np.concatenate(sources or [np.empty(0, dtype=np.int64)]).astype(np.int32)
-    barycentric = np.concatenate(barycentrics or [np.empty((0, 3, 3))])
+    triangle = np.concatenate(which or [np.empty(0, dtype=np.int64)]).astype(np.int32)
+    return triangle, np.concatenate(barycentrics or [np.empty((0, 3, 3))])
+
+
+def small_triangles(surface: Surface, source: IntArray, barycentric: Floats) -> Samples:
+    """Triangles that share no corners, on source triangles (S,) at barycentric coordinates (S, 3, 3)."""
     corners = surface.positions[surface.triangles[source]].astype(np.float64)
-    positions = np.einsum("sck,skx->scx", barycentric, corners)
     return Samples(
-        positions=positions.reshape(-1, 3),
+        positions=np.einsum("sck,skx->scx", barycentric, corners).reshape(-1, 3),
         vertex_source_triangle=np.repeat(source, 3),
         vertex_barycentric=barycentric.reshape(-1, 3),
         triangles=np.arange(3 * len(source), dtype=np.int32).reshape(-1, 3),

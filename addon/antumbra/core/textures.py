@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .carry import BakedMesh, RefinedMesh
-from .face_samples import Samples, nodes_of
+from .face_samples import Samples, nodes_by_level, small_triangles
 from .lights import Floats
 from .record import FloatArray, IntArray, Surface
 
@@ -45,26 +45,10 @@ def element_areas(baked: RefinedMesh) -> Floats:
 def place_on_elements(surface: Surface, baked: RefinedMesh, levels: IntArray) -> ElementSamples:
     """Samples on the elements of a baked mesh; levels (T,) as for faces, 0 for elements that nobody looks at."""
     elements = np.flatnonzero(levels > 0)
-    which, within = [], []
-    for level in np.unique(levels[elements]):
-        chosen = np.flatnonzero(levels[elements] == level)
-        nodes = nodes_of(int(level))
-        which.append(np.repeat(chosen, len(nodes)))
-        within.append(np.tile(nodes, (len(chosen), 1, 1)))
-    element = np.concatenate(which or [np.empty(0, dtype=np.int64)]).astype(np.int32)
-    in_element = np.concatenate(within or [np.empty((0, 3, 3))])
+    element, in_element = nodes_by_level(levels[elements])
     source = baked.source_triangle[elements][element]
     in_source = np.einsum("snk,skx->snx", in_element, baked.corner_barycentric[elements][element])
-    corners = surface.positions[surface.triangles[source]].astype(np.float64)
-    samples = Samples(
-        positions=np.einsum("sck,skx->scx", in_source, corners).reshape(-1, 3),
-        vertex_source_triangle=np.repeat(source, 3),
-        vertex_barycentric=in_source.reshape(-1, 3),
-        triangles=np.arange(3 * len(source), dtype=np.int32).reshape(-1, 3),
-        source_triangle=source,
-        corner_barycentric=in_source,
-        source_edge=np.full((len(source), 3), -1, dtype=np.int8),
-    )
+    samples = small_triangles(surface, source, in_source)
     return ElementSamples(samples, elements.astype(np.int32), element, in_element)
 
 

@@ -31,7 +31,7 @@ pub(crate) struct Course<'a> {
     world: &'a World,
     settings: &'a Settings,
     monitor: &'a Monitor,
-    pub(crate) start: Instant,
+    start: Instant,
     /// When the user's time is up.
     deadline: Option<Instant>,
     /// Shots of emitters.

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::adapt::fit::fitted;
-use crate::adapt::refinement::{Course, Hidden, Layer, Pause, Refinable, Refinement};
+use crate::adapt::refinement::{Hidden, Layer, Pause, Refinable, Refinement, Standing};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::arrangement::LineKind;
@@ -114,7 +114,7 @@ impl<'a> Display<'a> {
         {
             mesh.flattest = FLATTEST_BY_RAYS;
         }
-        let mut course = Course::default();
+        let mut standing = Standing::default();
         loop {
             let Self { mesh, direct, indirect, .. } = self;
             let layer = match light {
@@ -122,15 +122,15 @@ impl<'a> Display<'a> {
                 Light::Indirect => indirect,
             };
             let pause = match mesh {
-                DisplayMesh::Quartered(mesh) => refinement.refine(mesh, layer, &mut course),
-                DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, layer, &mut course),
+                DisplayMesh::Quartered(mesh) => refinement.refine(mesh, layer, &mut standing),
+                DisplayMesh::Tessellated(mesh) => refinement.refine(mesh, layer, &mut standing),
             }?;
             if let Light::Indirect = light {
                 direct.extend(samples_of(mesh));
                 self.fit(Light::Indirect);
             }
             self.fit(Light::Direct);
-            look(self, course.error);
+            look(self, standing.error);
             if pause != Pause::Noted {
                 return Ok(pause == Pause::HeldBack);
             }

@@ -15,7 +15,8 @@ use crate::visibility::ConvexPolygon;
 /// and nothing that shallow sends light along it that could be noticed.
 const IN_PLANE: f64 = 1e-6;
 
-/// What leaving out the light of a second bounce may add to the rms error, at most, in wanted errors. What refinement leaves is 0.4 for each kind of light, so that all of it stays below one.
+/// What leaving out the light of a second bounce may add to the rms error, at most, in wanted errors. What refinement leaves
+/// is 0.4 for each kind of light, so that all of it stays below one.
 const SLIGHT: f64 = 0.2;
 
 /// What is left out of a bake.
@@ -92,74 +93,62 @@ impl Plan {
         let mut all = Vec::new();
         let found = visibility.exact + visibility.sampled;
         if let Some(reason) = self.no_reflection.filter(|_| !self.exchanges()) {
-            all.push(LeftOut {
-                name: "reflection",
-                what: "the exchange of light between surfaces",
-                reason: reason.to_owned(),
-                kind: Kind::Exact,
-                bound: 0.0,
-                saved: "all of it".to_owned(),
-            });
+            all.push(LeftOut::exact(
+                "reflection",
+                "the exchange of light between surfaces",
+                reason,
+                "all of it",
+            ));
         }
         if visibility.open > 0 {
-            all.push(LeftOut {
-                name: "open_visibility",
-                what: "looking for what is visible of a source",
-                reason: "nothing stands between it and a surface".to_owned(),
-                kind: Kind::Exact,
-                bound: 0.0,
-                saved: format!(
+            all.push(LeftOut::exact(
+                "open_visibility",
+                "looking for what is visible of a source",
+                "nothing stands between it and a surface",
+                format!(
                     "{} of {found} form factors ({:.0} %)",
                     visibility.open,
                     100.0 * visibility.open as f64 / found as f64
                 ),
-            });
+            ));
         }
         if self.outer_faces.contains(&true) {
             let outer = self.outer_faces.iter().filter(|&&outer| outer).count();
-            all.push(LeftOut {
-                name: "outer_faces",
-                what: "looking for what faces hide",
-                reason: "everything is on one side of them".to_owned(),
-                kind: Kind::Exact,
-                bound: 0.0,
-                saved: format!("{outer} of {} faces and quadrilaterals", self.outer_faces.len()),
-            });
+            all.push(LeftOut::exact(
+                "outer_faces",
+                "looking for what faces hide",
+                "everything is on one side of them",
+                format!("{outer} of {} faces and quadrilaterals", self.outer_faces.len()),
+            ));
         }
         let everything_outside = "everything is on one side of every face";
         if self.shortcuts().nothing_hides {
-            all.push(LeftOut {
-                name: "occlusion",
-                what: "looking for what could stand before a source",
-                reason: everything_outside.to_owned(),
-                kind: Kind::Exact,
-                bound: 0.0,
-                saved: format!("all shafts of {found} form factors"),
-            });
+            all.push(LeftOut::exact(
+                "occlusion",
+                "looking for what could stand before a source",
+                everything_outside,
+                format!("all shafts of {found} form factors"),
+            ));
         }
         if !self.looks_for_shadows() {
-            all.push(LeftOut {
-                name: "shadow_lines",
-                what: "the search for shadow boundaries",
-                reason: everything_outside.to_owned(),
-                kind: Kind::Exact,
-                bound: 0.0,
-                saved: "all of it".to_owned(),
-            });
+            all.push(LeftOut::exact(
+                "shadow_lines",
+                "the search for shadow boundaries",
+                everything_outside,
+                "all of it",
+            ));
         }
         let [pairs, away] = form_factors.pairs();
         if away > 0 && !self.anyway.facing_away {
-            all.push(LeftOut {
-                name: "facing_away",
-                what: "the light from sources to points",
-                reason: "they face away from each other".to_owned(),
-                kind: Kind::Exact,
-                bound: 0.0,
-                saved: format!(
+            all.push(LeftOut::exact(
+                "facing_away",
+                "the light from sources to points",
+                "they face away from each other",
+                format!(
                     "{away} of {pairs} sources of groups of points ({:.0} %)",
                     100.0 * away as f64 / pairs as f64
                 ),
-            });
+            ));
         }
         all.extend(self.second_bounce.map(|bound| LeftOut {
             name: "second_bounce",

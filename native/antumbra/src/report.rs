@@ -161,6 +161,18 @@ pub struct LeftOut {
     pub saved: String,
 }
 
+impl LeftOut {
+    /// Something that changes nothing.
+    pub(crate) fn exact(
+        name: &'static str,
+        what: &'static str,
+        reason: impl Into<String>,
+        saved: impl Into<String>,
+    ) -> Self {
+        Self { name, what, reason: reason.into(), kind: Kind::Exact, bound: 0.0, saved: saved.into() }
+    }
+}
+
 /// What leaving something out does to the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::bpy::BpyVersion;
 use crate::failure::{Failure, Outcome, run_quietly};
-use crate::host::Host;
-use crate::{extension, files, progress, summary, tree, wheel};
+use crate::host::{Host, HostOptions};
+use crate::{extension, files, progress, summary, tree};
 
 /// Options of the task.
 #[derive(Args)]
@@ -24,12 +23,8 @@ pub(crate) struct Options {
     /// A setting of the bake, for example tolerance=0.005; may be given again.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// The Blender to bake in; otherwise $BLENDER, a blender on PATH, or bpy.
-    #[arg(long, value_name = "PATH")]
-    blender: Option<PathBuf>,
-    /// Bake in this version of the bpy module.
-    #[arg(long, value_name = "VERSION", conflicts_with = "blender")]
-    bpy: Option<BpyVersion>,
+    #[command(flatten)]
+    host: HostOptions,
 }
 
 /// Sets everything up, bakes, and shows what came out.
@@ -38,9 +33,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     if let Some(scene) = options.scene.as_ref().filter(|scene| !scene.is_file()) {
         return Err(Failure::Input(format!("there is no file {}", scene.display())));
     }
-    if let Some(text) = options.settings.iter().find(|text| !text.contains('=')) {
-        return Err(Failure::Input(format!("“{text}” is not of the form NAME=VALUE")));
-    }
+    refuse_what_is_no_setting(&options.settings)?;
     let output = match &options.output {
         Some(output) if output.extension().is_none_or(|extension| extension != "blend") => {
             return Err(Failure::Input(format!("{} does not end with .blend", output.display())));
@@ -49,9 +42,8 @@ pub(crate) fn run(options: &Options) -> Outcome {
         None => tree::target("bake/OUT.blend"),
     };
     let report = options.report.as_deref().map_or_else(|| Ok(tree::target("bake/REPORT.json")), absolute)?;
-    let host = Host::choose(options.blender.as_deref(), options.bpy)?;
-    println!("Setting up {}", host.name());
-    host.install(&extension::build_native(&host, &wheel::build_native()?)?)?;
+    let host = options.host.choose()?;
+    extension::set_up(&host)?;
     let scene = match &options.scene {
         Some(scene) => absolute(scene)?,
         None => make_paper_scene(&host)?,
@@ -95,6 +87,14 @@ fn make_paper_scene(host: &Host) -> Outcome<PathBuf> {
     files::make_parent(&scene)?;
     run_quietly(host.script(&tree::path("tests/scenes/paper.py")).arg(&scene))?;
     Ok(scene)
+}
+
+/// Settings are NAME=VALUE.
+pub(crate) fn refuse_what_is_no_setting(settings: &[String]) -> Outcome {
+    match settings.iter().find(|text| !text.contains('=')) {
+        Some(text) => Err(Failure::Input(format!("“{text}” is not of the form NAME=VALUE"))),
+        None => Ok(()),
+    }
 }
 
 fn absolute(path: &Path) -> Outcome<PathBuf> {

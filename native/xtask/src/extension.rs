@@ -56,6 +56,12 @@ pub(crate) fn run(options: &Options) -> Outcome {
     Ok(())
 }
 
+/// Builds the extension and installs it in a Blender.
+pub(crate) fn set_up(host: &Host) -> Outcome {
+    println!("Setting up {}", host.name());
+    host.install(&build_native(host, &wheel::build_native()?)?)
+}
+
 /// The zip for this machine, for a bake or a test.
 pub(crate) fn build_native(host: &Host, wheel: &Path) -> Outcome<PathBuf> {
     let folder = tree::target("extension/zip");

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::bpy::BpyVersion;
 use crate::failure::{Failure, Outcome, run_quietly};
-use crate::host::Host;
-use crate::{extension, files, progress, tree, wheel};
+use crate::host::HostOptions;
+use crate::{extension, files, progress, tree};
 
 /// Options of the task.
 #[derive(Args)]
@@ -21,12 +20,8 @@ pub(crate) struct Options {
     /// Their tolerances, so that both can be made equally good.
     #[arg(long, value_delimiter = ',', value_name = "LEFT,RIGHT", default_value = "0.01,0.01")]
     tolerances: Vec<f64>,
-    /// The Blender to bake in; otherwise $BLENDER, a blender on PATH, or bpy.
-    #[arg(long, value_name = "PATH")]
-    blender: Option<PathBuf>,
-    /// Bake in this version of the bpy module.
-    #[arg(long, value_name = "VERSION", conflicts_with = "blender")]
-    bpy: Option<BpyVersion>,
+    #[command(flatten)]
+    host: HostOptions,
 }
 
 /// Bakes the paper's scene twice and renders both.
@@ -39,9 +34,8 @@ pub(crate) fn run(options: &Options) -> Outcome {
         Some(output) => std::path::absolute(output).map_err(Failure::file(output))?,
         None => tree::path("addon/pictures/figure-4.png"),
     };
-    let host = Host::choose(options.blender.as_deref(), options.bpy)?;
-    println!("Setting up {}", host.name());
-    host.install(&extension::build_native(&host, &wheel::build_native()?)?)?;
+    let host = options.host.choose()?;
+    extension::set_up(&host)?;
 
     let scene = tree::target("figure/paper.blend");
     files::make_parent(&scene)?;

@@ -4,6 +4,8 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clap::Args;
+
 use crate::bpy::BpyVersion;
 use crate::failure::{Failure, Outcome, run, run_quietly};
 use crate::venv::Venv;
@@ -21,6 +23,24 @@ pub(crate) enum Host {
     Blender { program: PathBuf, version: String },
     /// The bpy module in its environment.
     Bpy { version: BpyVersion, venv: Venv },
+}
+
+/// Which Blender a task bakes in.
+#[derive(Args)]
+pub(crate) struct HostOptions {
+    /// The Blender to bake in; otherwise $BLENDER, a blender on PATH, or bpy.
+    #[arg(long, value_name = "PATH")]
+    blender: Option<PathBuf>,
+    /// Bake in this version of the bpy module.
+    #[arg(long, value_name = "VERSION", conflicts_with = "blender")]
+    bpy: Option<BpyVersion>,
+}
+
+impl HostOptions {
+    /// See [`Host::choose`].
+    pub(crate) fn choose(&self) -> Outcome<Host> {
+        Host::choose(self.blender.as_deref(), self.bpy)
+    }
 }
 
 impl Host {

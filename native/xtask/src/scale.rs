@@ -9,16 +9,15 @@
 //! Processor time grows as it does whatever else runs; the time on the clock is told too, and means something on an idle
 //! machine only.
 
-use std::path::PathBuf;
 use std::process::Stdio;
 
 use clap::Args;
 
-use crate::bpy::BpyVersion;
-use crate::failure::{Failure, Outcome, run as run_command, run_quietly};
-use crate::host::Host;
+use crate::bake::refuse_what_is_no_setting;
+use crate::failure::{Outcome, run as run_command, run_quietly};
+use crate::host::HostOptions;
 use crate::venv::Venv;
-use crate::{extension, files, tree, wheel};
+use crate::{extension, files, tree};
 
 /// Options of the task.
 #[derive(Args)]
@@ -40,26 +39,19 @@ pub(crate) struct Options {
     /// Only measure again what was baked before.
     #[arg(long)]
     only_tables: bool,
-    /// The Blender to bake in; otherwise $BLENDER, a blender on PATH, or bpy.
-    #[arg(long, value_name = "PATH")]
-    blender: Option<PathBuf>,
-    /// Bake in this version of the bpy module.
-    #[arg(long, value_name = "VERSION", conflicts_with = "blender")]
-    bpy: Option<BpyVersion>,
+    #[command(flatten)]
+    host: HostOptions,
 }
 
 /// Makes the scenes, bakes them, and fits.
 pub(crate) fn run(options: &Options) -> Outcome {
     // Refuse what cannot work before anything is downloaded or built.
-    if let Some(text) = options.settings.iter().find(|text| !text.contains('=')) {
-        return Err(Failure::Input(format!("“{text}” is not of the form NAME=VALUE")));
-    }
+    refuse_what_is_no_setting(&options.settings)?;
     let plotting = Venv::ready("study")?;
     let folder = tree::target("scale/bakes");
     if !options.only_tables {
-        let host = Host::choose(options.blender.as_deref(), options.bpy)?;
-        println!("Setting up {}", host.name());
-        host.install(&extension::build_native(&host, &wheel::build_native()?)?)?;
+        let host = options.host.choose()?;
+        extension::set_up(&host)?;
         files::remove_folder(&folder)?;
         for size in &options.sizes {
             let blend = tree::target(&format!("scale/scenes/{size}.blend"));

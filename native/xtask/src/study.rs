@@ -17,16 +17,15 @@ use std::process::{Command, Stdio};
 use clap::Args;
 use serde_json::json;
 
-use crate::bpy::BpyVersion;
 use crate::failure::{Failure, Outcome, run as run_command, run_quietly};
-use crate::host::Host;
+use crate::host::{Host, HostOptions};
 use crate::venv::Venv;
-use crate::{extension, files, tree, wheel};
+use crate::{extension, files, tree};
 
 /// Options of the task.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The scenes: paper, cornell, interior, sunlit, the cases of tests/scenes/hard.py (blinds, fence, stairs, wheel, tree, cube,
+    /// The scenes: paper, cornell, interior, sunlit, the cases of tests/scenes/hard.py (blinds, fence, stairs, tree, cube,
     /// boxes, touching, shelf), and SCENE-directN for a scene's N strongest lights alone, without a second bounce.
     #[arg(long, value_delimiter = ',', value_name = "SCENE,...")]
     scenes: Vec<String>,
@@ -54,12 +53,8 @@ pub(crate) struct Options {
     /// Only check the reference against light that is known in closed form.
     #[arg(long)]
     check_reference: bool,
-    /// The Blender to bake in; otherwise $BLENDER, a blender on PATH, or bpy.
-    #[arg(long, value_name = "PATH")]
-    blender: Option<PathBuf>,
-    /// Bake in this version of the bpy module.
-    #[arg(long, value_name = "VERSION", conflicts_with = "blender")]
-    bpy: Option<BpyVersion>,
+    #[command(flatten)]
+    host: HostOptions,
 }
 
 /// The cases of `tests/scenes/hard.py`.
@@ -176,13 +171,12 @@ pub(crate) fn run(options: &Options) -> Outcome {
         [] => TOLERANCES.to_vec(),
         tolerances => tolerances.to_vec(),
     };
-    let host = Host::choose(options.blender.as_deref(), options.bpy)?;
+    let host = options.host.choose()?;
     if options.check_reference {
         return run_without_stdout(&mut host.script(&tree::path("tests/study/check_reference.py")));
     }
     let plotting = Venv::ready("study")?;
-    println!("Setting up {}", host.name());
-    host.install(&extension::build_native(&host, &wheel::build_native()?)?)?;
+    extension::set_up(&host)?;
 
     // Scenes and references first: bakes are timed, and want no work beside them.
     println!("Making scenes and references");

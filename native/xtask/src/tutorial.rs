@@ -7,7 +7,7 @@ use clap::Args;
 use crate::failure::{Failure, Outcome, run as run_command, run_quietly};
 use crate::host::Host;
 use crate::venv::Venv;
-use crate::{extension, files, tree, wheel};
+use crate::{extension, files, tree};
 
 /// What the tutorial shows.
 const PICTURES: [&str; 5] = ["check.png", "running.png", "baked.png", "lines.png", "false-colours.png"];
@@ -31,8 +31,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
             "there is no real Blender, and bpy has no window: .ci/get-blender fetches one".to_owned(),
         )
     })?;
-    println!("Setting up {}", host.name());
-    host.install(&extension::build_native(&host, &wheel::build_native()?)?)?;
+    extension::set_up(&host)?;
     let scene = tree::target("tutorial/paper.blend");
     files::make_parent(&scene)?;
     run_quietly(host.script(&tree::path("tests/scenes/paper.py")).arg(&scene))?;

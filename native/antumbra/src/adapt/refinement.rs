@@ -228,7 +228,7 @@ pub(crate) enum Hidden<'a> {
 
 /// Where a refinement stands.
 #[derive(Debug, Default)]
-pub(crate) struct Course {
+pub(crate) struct Standing {
     pool: Vec<Uneven>,
     /// Elements that were not looked at yet; none before anything was.
     fresh: Option<Vec<ElementId>>,
@@ -278,10 +278,10 @@ impl Refinement<'_> {
         &self,
         mesh: &mut impl Refinable,
         layer: &mut Layer,
-        course: &mut Course,
+        standing: &mut Standing,
     ) -> Result<Pause, Error> {
         let mut noted = None;
-        let Course { pool, fresh, first_error, error: left } = course;
+        let Standing { pool, fresh, first_error, error: left } = standing;
         let fresh = fresh.get_or_insert_with(|| mesh.leaves());
         while !(self.gather.ends)() {
             self.compute_middles(mesh, layer, fresh)?;

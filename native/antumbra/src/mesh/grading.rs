@@ -5,12 +5,11 @@
 //! away from what is small.
 
 use glam::DVec2;
-use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
+use spade::{AngleLimit, Point2, RefinementParameters, Triangulation};
 
 use crate::mesh::arrangement::{Partition, Piece, outline};
-use crate::mesh::edge_key;
 use crate::mesh::grid::{GRID, GridPoint};
-use crate::mesh::triangulation::{improve, triangulate};
+use crate::mesh::triangulation::{constrained, improve, triangulate};
 
 /// How faces are cut evenly before any light is known.
 #[derive(Debug, Clone, Copy)]
@@ -62,18 +61,7 @@ pub(super) fn graded(
         Point2::new(place.x, place.y)
     };
     let places = partition.points.iter().map(place).collect();
-    let mut plane =
-        ConstrainedDelaunayTriangulation::<Point2<f64>>::bulk_load_cdt(places, Vec::new()).ok()?;
-    if plane.num_vertices() != partition.points.len() {
-        return None;
-    }
-    let on_outline = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(&from, &to)| [from, to]);
-    for ends in on_outline.chain(pieces.iter().map(|piece| piece.ends)) {
-        let [from, to] = ends.map(|end| spade::handles::FixedVertexHandle::from_index(end as usize));
-        if plane.try_add_constraint(from, to).len() != 1 {
-            return None;
-        }
-    }
+    let mut plane = constrained(places, &outline, &pieces).ok()?;
     let [per_point, per_face] = MOST_ADDED;
     let parameters = RefinementParameters::new()
         .keep_constraint_edges()
@@ -111,7 +99,6 @@ fn pieces(partition: &Partition) -> Vec<Piece> {
             if let Some(kind) = *line
                 && from < to
             {
-                let (from, to) = edge_key(from, to);
                 pieces.push(Piece { ends: [from, to], kind });
             }
         }

@@ -1,4 +1,4 @@
-//! Triangles between pieces: the only place that knows spade.
+//! Triangles between pieces: the only place that knows spade, with [`grading`](super::grading).
 //!
 //! spade triangulates the points and takes in the pieces as constraints, by `try_add_constraint` alone: given lines
 //! that cross, `add_constraint` panics, and `add_constraint_and_split` panicked on lines along one another and did
@@ -13,7 +13,7 @@ use crate::mesh::arrangement::{LineKind, Piece, Unarranged};
 use crate::mesh::edge_key;
 use crate::mesh::grid::{GRID, GridPoint, LineSide, Step, side};
 
-type GridTriangulation = ConstrainedDelaunayTriangulation<Point2<f64>, (), Option<LineKind>>;
+pub(super) type LinedTriangulation = ConstrainedDelaunayTriangulation<Point2<f64>, (), Option<LineKind>>;
 
 /// Triangles, counter-clockwise, and the line on each of their edges.
 type LinedTriangles = (Vec<[u32; 3]>, Vec<[Option<LineKind>; 3]>);
@@ -27,19 +27,8 @@ pub(super) fn triangulate(
     outline: &[u32],
     pieces: &[Piece],
 ) -> Result<LinedTriangles, Unarranged> {
-    let positions = points.iter().map(|point| Point2::new(f64::from(point.u), f64::from(point.v))).collect();
-    let mut grid =
-        GridTriangulation::bulk_load_cdt(positions, Vec::new()).map_err(|_| Unarranged::Rejected)?;
-    if grid.num_vertices() != points.len() {
-        return Err(Unarranged::Rejected);
-    }
-    for (&from, &to) in outline.iter().zip(outline.iter().cycle().skip(1)) {
-        constrain(&mut grid, [from, to], None)?;
-    }
-    for piece in pieces {
-        constrain(&mut grid, piece.ends, Some(piece.kind))?;
-    }
-
+    let positions = points.iter().map(|point| Point2::new(f64::from(point.u), f64::from(point.v)));
+    let grid = constrained(positions.collect(), outline, pieces)?;
     let lined_triangles: LinedTriangles = grid
         .inner_faces()
         .map(|face| {
@@ -57,7 +46,35 @@ pub(super) fn triangulate(
     Ok(lined_triangles)
 }
 
-fn constrain(grid: &mut GridTriangulation, ends: [u32; 2], kind: Option<LineKind>) -> Result<(), Unarranged> {
+/// The Delaunay triangulation of points in any plane with given edges, as for [`triangulate`].
+///
+/// # Errors
+/// [`Unarranged::Rejected`] when two points are one, or something would cross.
+pub(super) fn constrained(
+    positions: Vec<Point2<f64>>,
+    outline: &[u32],
+    pieces: &[Piece],
+) -> Result<LinedTriangulation, Unarranged> {
+    let points = positions.len();
+    let mut triangulation =
+        LinedTriangulation::bulk_load_cdt(positions, Vec::new()).map_err(|_| Unarranged::Rejected)?;
+    if triangulation.num_vertices() != points {
+        return Err(Unarranged::Rejected);
+    }
+    for (&from, &to) in outline.iter().zip(outline.iter().cycle().skip(1)) {
+        constrain(&mut triangulation, [from, to], None)?;
+    }
+    for piece in pieces {
+        constrain(&mut triangulation, piece.ends, Some(piece.kind))?;
+    }
+    Ok(triangulation)
+}
+
+fn constrain(
+    grid: &mut LinedTriangulation,
+    ends: [u32; 2],
+    kind: Option<LineKind>,
+) -> Result<(), Unarranged> {
     let [from, to] = ends.map(|end| FixedVertexHandle::from_index(end as usize));
     let [edge] = grid.try_add_constraint(from, to)[..] else { return Err(Unarranged::Rejected) };
     *grid.undirected_edge_data_mut(edge.as_undirected()).data_mut() = kind;

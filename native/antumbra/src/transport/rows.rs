@@ -156,7 +156,8 @@ impl Rows {
         let row = self.of(side);
         let count = row.len() as f64;
         let seen = row.iter().filter(|&&seen| seen != NOTHING);
-        let squared = seen.map(|&seen| radiosity[seen as usize].powf(2.0)).sum::<DVec3>() / count;
+        let squared =
+            seen.map(|&seen| radiosity[seen as usize] * radiosity[seen as usize]).sum::<DVec3>() / count;
         let mean = self.reflected(side, radiosity) + self.from_sky[side];
         let variance = (squared + self.sky_squared[side] - mean * mean) / (count - 1.0);
         (count > 1.0).then_some([mean, variance.max(DVec3::ZERO)])
