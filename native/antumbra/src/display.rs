@@ -8,7 +8,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::adapt::fit::fitted;
-use crate::adapt::refinement::{Hidden, Layer, Pause, Refinable, Refinement, Standing};
+use crate::adapt::layer::Layer;
+use crate::adapt::refinable::Refinable;
+use crate::adapt::refinement::{Hidden, Pause, Refinement, Standing};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::arrangement::LineKind;

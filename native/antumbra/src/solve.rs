@@ -380,7 +380,7 @@ impl<'a> Solver<'a> {
         let mut mesh = match self.settings.method {
             Method::Uniform | Method::As => Mesh::new(world),
             Method::Dm | Method::Adm => {
-                let contacts = contacts(world, blockers, |_| true, shortest);
+                let contacts = contacts(world, blockers, |_| true, shortest, f64::INFINITY);
                 Mesh::of_tiles(&tessellate(world, &contacts, |_| true, 0, None).0)
             }
         };

@@ -269,3 +269,20 @@ fn edges_say_which_line_they_lie_on() {
         assert_eq!(counts[2], 0);
     }
 }
+
+/// A rod of 15 mm goes through a wall of 30 mm in the middle of a room: within the wall it is dark, however short the lines are
+/// that part this from the rest.
+#[test]
+fn a_rod_is_dark_within_the_wall_that_it_goes_through() {
+    let mut scene = floor(0.0);
+    scene.object("rod", Shape::cuboid(DVec3::Z, DVec3::new(0.55, 0.0075, 0.0075)), 0);
+    scene.object("wall", Shape::cuboid(DVec3::new(0.1, 0.0, 1.0), DVec3::new(0.015, 0.1, 0.1)), 0);
+    scene.light(&lamp(DVec3::new(0.3, 0.2, 3.0), 0.5), 10.0);
+    let bake = scene.bake(&arriving(Settings { tolerance: 0.04, ..by(Method::Adm) }));
+    let rod = &bake.meshes[1];
+    let top = |x: f64| common::baked::light_at(rod, DVec3::new(x, 0.001, 1.0075)).expect("there is a rod").y;
+    let beside = top(0.0);
+    for x in [0.087, 0.1, 0.113] {
+        assert!(top(x) < 1e-3 * beside, "{} at {x}, {beside} beside", top(x));
+    }
+}

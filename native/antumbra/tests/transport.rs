@@ -5,8 +5,9 @@ mod common;
 
 use antumbra::Error;
 use antumbra::settings::{Settings, Transport};
+use antumbra::weld::BakedMesh;
 use common::baked::{all_light, assert_sound};
-use common::scene::{Scene, adaptive, arriving, by_shooting, lamp};
+use common::scene::{Scene, adaptive, arriving, by_shooting, lamp, uniform};
 use common::shape::Shape;
 use glam::{DMat4, DQuat, DVec3};
 
@@ -41,6 +42,19 @@ fn room() -> Scene {
         place;
     scene.light(&lamp(DVec3::new(1.2, 2.0, 2.3), 0.3), 10.0);
     scene
+}
+
+/// Mean light over meshes.
+fn mean<'a>(meshes: impl IntoIterator<Item = &'a BakedMesh>) -> DVec3 {
+    let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+    for mesh in meshes {
+        for (triangle, colours) in mesh.triangles.iter().zip(&mesh.corner_radiance) {
+            let size = common::baked::area(triangle.map(|v| mesh.positions[v as usize]));
+            sum += size * colours.map(common::baked::light).into_iter().sum::<DVec3>() / 3.0;
+            area += size;
+        }
+    }
+    sum / area
 }
 
 /// B = E/(1 - rho) for every reflectance, after few iterations.
@@ -168,6 +182,49 @@ fn rays_find_the_darkness_that_no_corner_sees() {
     assert!(darkness > 0.9, "only {darkness} of the light is missing");
 }
 
+/// A sheet over a lamp in a floor, of which the middle is in the shadow: all light on the floor is what the sheet reflects, and it
+/// does so with either side.
+#[test]
+fn rays_find_the_light_on_either_side_of_a_sheet() {
+    let on_floor = |turned: bool| {
+        let mut scene = Scene::default();
+        let [black, white] = [scene.material(0.0, 0.0), scene.material(0.9, 0.0)];
+        scene.object("floor", Shape::square(DVec3::ZERO, 3.0), black);
+        let sheet = Shape::square(DVec3::Z, 0.02);
+        scene.object("sheet", if turned { sheet.inside_out() } else { sheet }, white);
+        scene.blocker("screen", Shape::square(0.9 * DVec3::Z, 0.008), black);
+        let mut upwards = lamp(0.01 * DVec3::Z, 0.01);
+        upwards.reverse();
+        scene.light(&upwards, 1e4);
+        let bake = scene.bake(&Settings { transport: Transport::Rays, ..arriving(uniform(0.5)) });
+        mean(bake.meshes.iter().filter(|mesh| mesh.object == 0)).y
+    };
+    let [back, front] = [on_floor(false), on_floor(true)];
+    println!("by its back {back:e}, by its front {front:e}");
+    // What is shown of the front knows its corners only, which are lit most.
+    assert!(back > 0.5 * front && back < front, "{back} and {front}");
+}
+
+/// What reflects nothing sends no rays, and gets light all the same.
+#[test]
+fn black_surfaces_are_refined_where_rays_carry_the_light() {
+    let mut scene = Scene::default();
+    let black = scene.material(0.0, 0.0);
+    scene.object("floor", Shape::square(DVec3::ZERO, 2.0), black);
+    scene.object("box", Shape::cuboid(DVec3::Z, DVec3::splat(0.3)), black);
+    scene.light(&lamp(DVec3::new(0.3, 0.2, 3.0), 0.2), 100.0);
+    let floor = |settings: Settings| {
+        let bake = scene.bake(&arriving(settings));
+        common::baked::corners(&bake.meshes[0]).collect::<Vec<_>>()
+    };
+    let (links, rays) = (floor(by_links()), floor(by_rays()));
+    assert!(rays.len() > 1000, "{} corners", rays.len());
+    let most = |corners: &[(DVec3, DVec3)]| corners.iter().map(|(_, light)| light.y).fold(0.0, f64::max);
+    let dark = |corners: &[(DVec3, DVec3)]| corners.iter().filter(|(_, light)| light.y == 0.0).count();
+    assert!((most(&rays) / most(&links) - 1.0).abs() < 0.01);
+    assert!(dark(&links) > 0 && dark(&rays) > 0);
+}
+
 #[test]
 fn rays_leave_the_inside_of_a_closed_box_dark_and_refuse_endless_light() {
     let mut scene = room();
@@ -188,18 +245,7 @@ fn rays_leave_the_inside_of_a_closed_box_dark_and_refuse_endless_light() {
 #[test]
 fn shooting_links_and_rays_agree() {
     let scene = room();
-    let mean = |settings: &Settings| {
-        let bake = scene.bake(settings);
-        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-        for mesh in &bake.meshes {
-            for (triangle, colours) in mesh.triangles.iter().zip(&mesh.corner_radiance) {
-                let size = common::baked::area(triangle.map(|v| mesh.positions[v as usize]));
-                sum += size * colours.map(common::baked::light).into_iter().sum::<DVec3>() / 3.0;
-                area += size;
-            }
-        }
-        sum / area
-    };
+    let mean = |settings: &Settings| mean(&scene.bake(settings).meshes);
     let (links, shots) = (mean(&arriving(by_links())), mean(&arriving(by_shooting())));
     let rays = mean(&arriving(by_rays()));
     println!("by links {links}, by shooting {shots}, by rays {rays}");

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::adapt::refinement::{Leaf, Refinable};
+use crate::adapt::refinable::{Leaf, Refinable};
 use crate::index::ElementId;
 use crate::mesh::{Quartering, Sample};
 use crate::visibility::Receiver;

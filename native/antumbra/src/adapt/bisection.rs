@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::adapt::refinement::{Flip, Leaf, Refinable};
+use crate::adapt::refinable::{Flip, Leaf, Refinable};
 use crate::index::ElementId;
 use crate::mesh::{Sample, Tessellation, Tile, edge_key};
 use crate::visibility::Receiver;

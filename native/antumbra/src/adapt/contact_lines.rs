@@ -15,12 +15,17 @@ use crate::visibility::blockers::Blockers;
 /// what counts as touching.
 const NEAR: f64 = 1e-5;
 
-/// Where polygons touch or pierce the faces for which `which` holds, in lines longer than `shortest`, metres.
+/// Weight of a corner below which a point lies on the opposite edge: clipping leaves some rounding.
+const ON_BORDER: f64 = 1e-9;
+
+/// Where polygons touch or pierce the faces for which `which` holds: in lines longer than `shortest`, metres, and in those that
+/// part at least an area of `least_parted`, m², from the rest of a face, as across a rod that passes through a wall.
 pub(crate) fn contacts(
     world: &World,
     blockers: &Blockers,
     which: impl Fn(FaceId) -> bool + Sync,
     shortest: f64,
+    least_parted: f64,
 ) -> FxHashMap<FaceId, Vec<Line>> {
     let faces: Vec<FaceId> = FaceId::range(0..world.faces.len()).filter(|&face| which(face)).collect();
     let lines: Vec<Vec<Line>> = (faces.par_iter())
@@ -38,10 +43,46 @@ pub(crate) fn contacts(
                 .flat_map(|&blocker| {
                     contact_line(corners, face.normal, &blockers.polygons()[blocker as usize])
                 })
-                .filter(|part| at(part[0]).distance(at(part[1])) >= shortest)
+                .filter(|part| {
+                    at(part[0]).distance(at(part[1])) >= shortest || face.area * parted(part) >= least_parted
+                })
                 .filter_map(|part| line(part, LineKind::Contact))
                 .collect()
         })
         .collect();
     faces.into_iter().zip(lines).filter(|(_, lines)| !lines.is_empty()).collect()
+}
+
+/// Share of a triangle that is in the smaller of two parts, when a line parts it: when it goes from one edge to another.
+fn parted(ends: &[DVec3; 2]) -> f64 {
+    let is_on = |end: DVec3, corner: usize| end[corner] < ON_BORDER;
+    // The edges that meet in a corner are opposite to the two others.
+    let corner = (0..3).find(|&corner| {
+        let [other, third] = [(corner + 1) % 3, (corner + 2) % 3];
+        (is_on(ends[0], other) && is_on(ends[1], third)) || (is_on(ends[0], third) && is_on(ends[1], other))
+    });
+    let at_corner = corner.map_or(0.0, |corner| (1.0 - ends[0][corner]) * (1.0 - ends[1][corner]));
+    at_corner.min(1.0 - at_corner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_parts_a_triangle_when_it_goes_from_edge_to_edge() {
+        let middle = |a: DVec3, b: DVec3| 0.5 * (a + b);
+        let [ab, bc, ca] =
+            [middle(DVec3::X, DVec3::Y), middle(DVec3::Y, DVec3::Z), middle(DVec3::Z, DVec3::X)];
+        for (ends, share) in [
+            ([ab, ca], 0.25),
+            ([bc, ab], 0.25),
+            ([DVec3::Y, ca], 0.5),
+            ([DVec3::X + 0.1 * (DVec3::Y - DVec3::X), DVec3::X + 0.2 * (DVec3::Z - DVec3::X)], 0.02),
+            ([ab, DVec3::splat(1.0 / 3.0)], 0.0),
+            ([DVec3::X, DVec3::Y], 0.0),
+        ] {
+            assert!((parted(&ends) - share).abs() < 1e-15, "{ends:?}: {}", parted(&ends));
+        }
+    }
 }

@@ -7,7 +7,8 @@
 
 use glam::DVec3;
 
-use crate::adapt::refinement::{Layer, Refinable};
+use crate::adapt::layer::Layer;
+use crate::adapt::refinable::Refinable;
 use crate::index::SampleId;
 
 /// Share of the correction that may be left: what is corrected is itself only some per cent of the light.
@@ -35,9 +36,9 @@ pub(crate) fn fitted(mesh: &impl Refinable, layer: &Layer) -> Vec<DVec3> {
         let Some(leaf) = mesh.leaf(element) else { continue };
         let at = leaf.samples.map(SampleId::index);
         let deviations: [DVec3; 3] = std::array::from_fn(|k| {
-            if mesh.is_anchored(element, k) { DVec3::ZERO } else { layer.deviation(leaf.edges()[k]) }
+            if mesh.is_anchored(element, k) { DVec3::ZERO } else { layer.noisy_deviation(leaf.edges()[k]) }
         });
-        let bulge = layer.bulge_of(element);
+        let bulge = layer.noisy_bulge_of(element);
         let sum: DVec3 = deviations.iter().sum();
         for k in 0..3 {
             // Of 4 d l_i l_j, the integral against l_i is 4 d A/30, against the third one 4 d A/60; 27 b l_1 l_2 l_3

@@ -11,15 +11,16 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
+use crate::adapt::layer::Layer;
 use crate::adapt::patch_light::PatchLight;
+use crate::adapt::refinable::{Flip, Leaf, Refinable};
 use crate::error::Error;
-use crate::index::{ElementId, FaceId, SampleId};
-use crate::mesh::{Sample, Side, edge_key};
+use crate::index::{ElementId, SampleId};
+use crate::mesh::{Sample, Side};
 use crate::monitor::Progress;
 use crate::scene::world::World;
-use crate::transport::gather::{Arrived, Gather, rms};
+use crate::transport::gather::{Gather, rms};
 use crate::visibility::{Receiver, unoccluded_form_factor};
 
 /// Where the light at the corners of an element differs by less than this, in wanted errors, unblocked light is even:
@@ -36,10 +37,6 @@ pub(crate) const WORTH_SEARCHING: f64 = 1e-3;
 /// such elements add up to a fiftieth of what is allowed.
 const WORTH_TESTING: f64 = 1e-5;
 
-/// A deviation counts when its square is above this many variances of the rays at the middle: three standard errors
-/// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
-const CERTAIN: f64 = 13.5;
-
 /// In one round, elements with at least this share of the largest squared error are refined. More at once would
 /// refine what the next round finds good enough; fewer cost a round of bookkeeping each.
 const ROUND: f64 = 0.125;
@@ -53,145 +50,6 @@ const MOST_FLIPS: usize = 4;
 
 /// A flip must lower the error of its two elements at least to this share: no cycles, and no evaluations for nothing.
 const WORTH_FLIPPING: f64 = 0.9;
-
-/// What refinement has to know of a leaf.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Leaf {
-    pub(crate) face: FaceId,
-    pub(crate) samples: [SampleId; 3],
-    /// m².
-    pub(crate) area: f64,
-}
-
-impl Leaf {
-    /// Edge k joins corners k and k + 1; each edge by its two samples.
-    pub(crate) fn edges(&self) -> [(SampleId, SampleId); 3] {
-        std::array::from_fn(|k| edge_key(self.samples[k], self.samples[(k + 1) % 3]))
-    }
-}
-
-/// Two leaves whose common edge could join their other corners instead.
-#[derive(Debug, Clone)]
-pub(crate) struct Flip {
-    /// Leaves as they are, then as they would be.
-    pub(crate) now: [Leaf; 2],
-    pub(crate) then: [Leaf; 2],
-    pub(crate) elements: [ElementId; 2],
-    /// Where the centroids would be.
-    pub(crate) centroids: [Receiver; 2],
-    /// The edge that would be, and the sample in its middle.
-    pub(crate) edge: (SampleId, SampleId),
-    pub(crate) middle: Sample,
-}
-
-/// A mesh of triangles that can be refined.
-pub(crate) trait Refinable: Sync {
-    /// All samples; parents come before their children.
-    fn samples(&self) -> &[Sample];
-    /// All leaves, in order.
-    fn leaves(&self) -> Vec<ElementId>;
-    /// A leaf, or nothing when the element is one no longer.
-    fn leaf(&self, element: ElementId) -> Option<Leaf>;
-    /// Whether the element may be made finer.
-    fn may_refine(&self, element: ElementId) -> bool;
-    /// The sample in the middle of an edge of a leaf, made or not.
-    fn middle(&self, element: ElementId, edge: usize) -> Sample;
-    /// Whether an edge of a leaf has a vertex in its middle that only its neighbours are refined to.
-    fn is_anchored(&self, _element: ElementId, _edge: usize) -> bool {
-        false
-    }
-    /// Where a leaf's centroid receives light.
-    fn centroid(&self, element: ElementId) -> Receiver;
-    /// Makes an element finer; `squared_deviations` tell how much each of its edges wants it. New leaves are appended.
-    fn refine(&mut self, element: ElementId, squared_deviations: [f64; 3], fresh: &mut Vec<ElementId>);
-    /// Share of an element's squared error that refining it once removes, about.
-    fn removes(&self) -> f64;
-    /// Triangles that refining one element adds, at least.
-    fn adds(&self) -> usize;
-    /// Triangles of the baked mesh.
-    fn triangles(&self) -> usize;
-    /// Edges of the given leaves that could be flipped.
-    fn flips(&self, _fresh: &[ElementId]) -> Vec<Flip> {
-        Vec::new()
-    }
-    /// Flips the edge between two leaves, unless they are leaves no longer. New leaves are appended.
-    fn flip(&mut self, _flip: &Flip, _fresh: &mut Vec<ElementId>) {}
-}
-
-/// What was found in the middle of an edge.
-#[derive(Debug, Clone, Copy)]
-struct Middle {
-    /// W/m².
-    irradiance: DVec3,
-    /// Irradiance beyond the mean of the edge's ends, W/m²; zero where it cannot be told from the noise of rays.
-    deviation: DVec3,
-}
-
-/// The light of one group of sources on a mesh's samples.
-#[derive(Debug, Default)]
-pub(crate) struct Layer {
-    /// Front irradiance per sample, W/m².
-    pub(crate) irradiance: Vec<DVec3>,
-    middles: FxHashMap<(SampleId, SampleId), Middle>,
-    /// At centroids: irradiance beyond what corners and middles of edges tell, W/m².
-    bulges: FxHashMap<ElementId, DVec3>,
-}
-
-impl Layer {
-    pub(crate) fn new(irradiance: Vec<DVec3>) -> Self {
-        Self { irradiance, ..Self::default() }
-    }
-
-    /// The light in the middle of an edge, where it was computed.
-    pub(crate) fn middle(&self, [a, b]: [SampleId; 2]) -> Option<DVec3> {
-        self.middles.get(&edge_key(a, b)).map(|middle| middle.irradiance)
-    }
-
-    /// Gives samples that were made since a value: the computed one, or the mean of their parents (the paper, §2.2).
-    pub(crate) fn extend(&mut self, samples: &[Sample]) {
-        for sample in &samples[self.irradiance.len()..] {
-            let parents =
-                sample.parents.expect("samples added by refinement have parents; this is a bug in antumbra");
-            let mean = || 0.5 * (self.irradiance[parents[0].index()] + self.irradiance[parents[1].index()]);
-            let value = self.middle(parents).unwrap_or_else(mean);
-            self.irradiance.push(value);
-        }
-    }
-
-    /// The light at a leaf's centroid beyond the quadratic; zero where it cannot be told from the noise of rays.
-    fn bulge(&self, leaf: &Leaf, arrived: &Arrived) -> DVec3 {
-        let corners: DVec3 = leaf.samples.iter().map(|s| self.irradiance[s.index()]).sum();
-        let deviations: DVec3 = leaf.edges().iter().map(|&edge| self.deviation(edge)).sum();
-        let bulge = arrived.irradiance - corners / 3.0 - deviations * (4.0 / 9.0);
-        if bulge.length_squared() > CERTAIN * arrived.variance { bulge } else { DVec3::ZERO }
-    }
-
-    pub(crate) fn bulge_of(&self, element: ElementId) -> DVec3 {
-        self.bulges.get(&element).copied().unwrap_or(DVec3::ZERO)
-    }
-
-    pub(crate) fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
-        self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.deviation)
-    }
-
-    /// The integral over an element of the squared difference between the light, as far as it is known, and the linear
-    /// interpolant, as shown and averaged over the channels, W²/m².
-    ///
-    /// The light is known in the middles of the edges, where it deviates by d, and maybe at the centroid, where it
-    /// bulges by β beyond the quadratic. With barycentric coordinates l, the difference is the sum of `4 d l_i l_j`
-    /// over the edges and of `27 β l_1 l_2 l_3`; its square integrates to
-    /// A·(16/90 sum of `d_i d_j` over all unordered pairs, `i = j` included, + 81/280 β² + 12/35 β·`sum of d_i`).
-    ///
-    /// `shown`: the share of arriving light that is shown, per channel.
-    pub(crate) fn squared_error(&self, leaf: &Leaf, bulge: DVec3, shown: DVec3) -> f64 {
-        let [d, e, f] = leaf.edges().map(|edge| shown * self.deviation(edge));
-        let bulge = shown * bulge;
-        let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
-        let squared =
-            16.0 / 90.0 * forms + 81.0 / 280.0 * bulge.dot(bulge) + 12.0 / 35.0 * bulge.dot(d + e + f);
-        leaf.area * squared / 3.0
-    }
-}
 
 /// The middle of an edge where the light is to be computed.
 struct Unknown {
@@ -427,7 +285,7 @@ impl Refinement<'_> {
         for (&element, _) in leaves.iter().zip(suspect).filter(|(_, suspect)| *suspect) {
             let Some(leaf) = mesh.leaf(element) else { continue };
             for (k, edge) in leaf.edges().into_iter().enumerate() {
-                if !layer.middles.contains_key(&edge) {
+                if !layer.knows_middle(edge) {
                     wanted.push(Unknown { edge, middle: mesh.middle(element, k), area: leaf.area / 3.0 });
                 }
             }
@@ -449,12 +307,7 @@ impl Refinement<'_> {
             return Ok(());
         }
         for (Unknown { edge, .. }, arrived) in wanted.into_iter().zip(arrived) {
-            let mean = 0.5 * (layer.irradiance[edge.0.index()] + layer.irradiance[edge.1.index()]);
-            let mut deviation = arrived.irradiance - mean;
-            if deviation.length_squared() <= CERTAIN * arrived.variance {
-                deviation = DVec3::ZERO;
-            }
-            layer.middles.insert(edge, Middle { irradiance: arrived.irradiance, deviation });
+            layer.learn_middle(edge, &arrived);
         }
         Ok(())
     }
@@ -472,7 +325,7 @@ impl Refinement<'_> {
             .filter(|(_, leaf)| {
                 let light = leaf.samples.map(|s| layer.irradiance[s.index()]);
                 let spread = (0..3).map(|k| self.shown(leaf, light[k] - light[(k + 1) % 3]).length_squared());
-                let known = leaf.edges().iter().all(|edge| layer.middles.contains_key(edge));
+                let known = leaf.edges().iter().all(|edge| layer.knows_middle(*edge));
                 known && spread.fold(0.0, f64::max) * leaf.area / 3.0 >= WORTH_A_CENTROID * self.allowed
             })
             .collect();
@@ -484,10 +337,7 @@ impl Refinement<'_> {
             return Ok(());
         }
         for ((element, leaf), arrived) in wanted.into_iter().zip(arrived) {
-            let bulge = layer.bulge(&leaf, &arrived);
-            if bulge != DVec3::ZERO {
-                layer.bulges.insert(element, bulge);
-            }
+            layer.learn_centroid(element, &leaf, &arrived);
         }
         Ok(())
     }
@@ -505,7 +355,7 @@ impl Refinement<'_> {
             let flips: Vec<Flip> = (mesh.flips(&open).into_iter())
                 .filter(|flip| flip.now.iter().any(|leaf| self.squared_error(leaf, layer, DVec3::ZERO) > 0.0))
                 .collect();
-            let unknown = flips.iter().filter(|flip| !layer.middles.contains_key(&flip.edge));
+            let unknown = flips.iter().filter(|flip| !layer.knows_middle(flip.edge));
             let middle = |flip: &Flip| {
                 let area = flip.then.iter().map(|leaf| leaf.area).sum::<f64>() / 3.0;
                 Unknown { edge: flip.edge, middle: flip.middle.clone(), area }
@@ -517,7 +367,7 @@ impl Refinement<'_> {
             let promising: Vec<&Flip> = (flips.iter())
                 .filter(|flip| {
                     let [now, then] = [&flip.now, &flip.then].map(|leaves| error(leaves, [DVec3::ZERO; 2]));
-                    layer.middles.contains_key(&flip.edge) && then < WORTH_FLIPPING * now
+                    layer.knows_middle(flip.edge) && then < WORTH_FLIPPING * now
                 })
                 .collect();
             // A middle may lie on the new edge by chance; the centroids tell.
@@ -531,7 +381,7 @@ impl Refinement<'_> {
             }
             let mut chosen = Vec::new();
             for (flip, arrived) in promising.into_iter().zip(arrived.chunks_exact(2)) {
-                let bulges = [0, 1].map(|k| layer.bulge(&flip.then[k], &arrived[k]));
+                let bulges = [0, 1].map(|k| layer.certain_bulge(&flip.then[k], &arrived[k]));
                 if error(&flip.then, bulges) < WORTH_FLIPPING * error(&flip.now, [DVec3::ZERO; 2]) {
                     chosen.push(flip);
                 }

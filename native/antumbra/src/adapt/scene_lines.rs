@@ -69,12 +69,12 @@ impl SceneLines<'_> {
         };
 
         // The light jumps by about its mean across a contact, and without the line would be wrong over about its length
-        // in square.
+        // in square, or over what it parts from the face.
         let primary = search(share_of_emitters * wanted_error);
         let mean_radiosity = wanted_error / tolerance;
-        let shortest = primary.price.map_or(0.0, |price| price.sqrt() / mean_radiosity);
+        let least_area = primary.price.map_or(0.0, |price| price / mean_radiosity.powi(2));
         let receives = |face| world.receives(face);
-        let mut lines = Lines::new(contacts(world, blockers, receives, shortest), worth);
+        let mut lines = Lines::new(contacts(world, blockers, receives, least_area.sqrt(), least_area), worth);
         if !self.looks_for_shadows {
             return Ok(lines);
         }

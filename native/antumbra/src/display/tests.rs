@@ -131,7 +131,7 @@ fn display(world: &World, size: f64, wanted: f64) -> Display<'_> {
     let emitters = Emitters::new(world);
     let blockers = blockers(world);
     let form_factors = FormFactors::new(&blockers, Shortcuts::default());
-    let lines = contacts(world, &blockers, |_| true, 0.0);
+    let lines = contacts(world, &blockers, |_| true, 0.0, 0.0);
     let (mut mesh, _) = tessellate(world, &lines, |face| world.receives(face), 20, None);
     mesh.bisect_to(size, 100_000, &|| false);
     let monitor = Monitor::new();

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use crate::lamps::Sky;
 use crate::transport::gather::Arrived;
-use crate::visibility::blockers::Blockers;
+use crate::transport::patch_tree::{PatchHit, PatchTree};
+use crate::visibility::packet::PACKET;
 use crate::visibility::rays::{splitmix, unit};
 use crate::visibility::{Receiver, grey};
 
@@ -64,6 +65,15 @@ fn frame(normal: DVec3, turn: f64) -> DMat3 {
     DMat3::from_cols(cosine * x + sine * y, cosine * y - sine * x, normal)
 }
 
+/// All cells of a first look, two by two of them, so that those that follow each other are near each other.
+fn in_blocks() -> impl Iterator<Item = usize> {
+    const BLOCKS: usize = FIRST / 2;
+    (0..CELLS).map(|k| {
+        let (block, row, column) = (k / 4, k % 4 / 2, k % 2);
+        (2 * (block / BLOCKS) + row) * FIRST + 2 * (block % BLOCKS) + column
+    })
+}
+
 /// From a unit square to the hemisphere about +z, as often as light takes it; neighbours stay neighbours.
 fn cosine_direction(u: f64, v: f64) -> DVec3 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -113,12 +123,11 @@ const PROBED: usize = 10_000;
 
 /// Lit surfaces, looked at from any point.
 pub(crate) struct Surroundings<'a> {
-    /// Their normals are on their fronts.
-    surfaces: &'a Blockers,
+    surfaces: &'a PatchTree,
     /// What lies beyond them.
     sky: Option<&'a Sky>,
-    /// What each surface sends from its front and back, W/m².
-    radiosity: Vec<[DVec3; 2]>,
+    /// What each side of them sends, W/m².
+    radiosity: &'a [DVec3],
     first: Directions,
     /// Per number of [`PARTS`].
     second: Vec<Directions>,
@@ -139,7 +148,7 @@ struct FirstLook {
 }
 
 impl<'a> Surroundings<'a> {
-    pub(crate) fn new(surfaces: &'a Blockers, radiosity: Vec<[DVec3; 2]>, sky: Option<&'a Sky>) -> Self {
+    pub(crate) fn new(surfaces: &'a PatchTree, radiosity: &'a [DVec3], sky: Option<&'a Sky>) -> Self {
         let second = PARTS.iter().map(|parts| Directions::square(FIRST * parts)).collect();
         let first = Directions::square(FIRST);
         Self {
@@ -207,8 +216,8 @@ impl<'a> Surroundings<'a> {
             let mut sum = DVec3::ZERO;
             let mut differences = 0.0;
             let mut previous = None;
-            for direction in self.second[level].in_cell(cell, PARTS[level]) {
-                let light = self.along(receiver.position, (frame * direction).normalize());
+            let directions = self.second[level].in_cell(cell, PARTS[level]);
+            for light in self.along_all(receiver.position, directions.map(|d| (frame * d).normalize())) {
                 sum += light;
                 differences +=
                     previous.replace(light).map_or(0.0, |last: DVec3| (light - last).length_squared());
@@ -225,8 +234,10 @@ impl<'a> Surroundings<'a> {
 
     fn first_look(&self, receiver: &Receiver) -> FirstLook {
         let mut light = [DVec3::ZERO; CELLS];
-        for (light, direction) in light.iter_mut().zip(self.first.about(receiver.normal, 0.0)) {
-            *light = self.along(receiver.position, direction);
+        let frame = frame(receiver.normal, 0.0);
+        let towards = |cell: usize| (frame * self.first.directions[cell]).normalize();
+        for (cell, seen) in in_blocks().zip(self.along_all(receiver.position, in_blocks().map(towards))) {
+            light[cell] = seen;
         }
         // Half of the square of the difference of two cells is the variance of one: to each of its neighbours.
         let mut greatest = [0.0_f64; CELLS];
@@ -256,20 +267,41 @@ impl<'a> Surroundings<'a> {
         FirstLook { arrived, deviations }
     }
 
-    /// The light that comes along a ray, as an exitance, W/m²: from the first surface, and through it from others where it
-    /// lets light through.
-    fn along(&self, mut from: DVec3, direction: DVec3) -> DVec3 {
+    /// The light that comes along rays from one point, as exitances, W/m². Those that follow each other should be near each
+    /// other.
+    fn along_all(
+        &self,
+        from: DVec3,
+        mut directions: impl Iterator<Item = DVec3>,
+    ) -> impl Iterator<Item = DVec3> {
+        std::iter::from_fn(move || {
+            let first = directions.next()?;
+            let mut packet = [first; PACKET];
+            let mut count = 1;
+            for direction in directions.by_ref().take(PACKET - 1) {
+                packet[count] = direction;
+                count += 1;
+            }
+            let hits = self.surfaces.first_hits(from, &packet);
+            let light: [DVec3; PACKET] = std::array::from_fn(|k| self.along(from, packet[k], hits[k]));
+            Some(light.into_iter().take(count))
+        })
+        .flatten()
+    }
+
+    /// The light that comes along a ray which meets something, or nothing: from the first surface, and through it from others
+    /// where it lets light through.
+    fn along(&self, mut from: DVec3, direction: DVec3, mut hit: Option<PatchHit>) -> DVec3 {
         let mut light = DVec3::ZERO;
         let mut through = DVec3::ONE;
-        while let Some(hit) = self.surfaces.first_hit(from, direction) {
-            let share = self.surfaces.blocking().transmittance(hit.polygon);
-            let sent = self.radiosity[hit.polygon as usize][usize::from(!hit.front)];
-            light += (1.0 - grey(share)) * through * sent;
+        while let Some(PatchHit { side, through: share, distance }) = hit {
+            light += (1.0 - grey(share)) * through * self.radiosity[side as usize];
             through *= share;
             if through == DVec3::ZERO {
                 return light;
             }
-            from += hit.distance * direction;
+            from += distance * direction;
+            hit = self.surfaces.first_hit(from, direction);
         }
         light + through * self.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction))
     }

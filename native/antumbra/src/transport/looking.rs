@@ -25,11 +25,13 @@ use crate::transport::crevices::cut_at_crevices;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hemisphere::Surroundings;
+use crate::transport::patch_tree::PatchTree;
 use crate::transport::patches::received;
 use crate::transport::rows::{Around, Rows};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
-use crate::visibility::blockers::{Blockers, Hit};
+use crate::visibility::blockers::Blockers;
+use crate::visibility::rays::{point_on, splitmix, spread, unit};
 use crate::visibility::{ConvexPolygon, Receiver, grey};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
@@ -38,6 +40,13 @@ const PATCHES: f64 = 20_000.0;
 
 /// Edge of the smallest part of a patch that reaches into a crevice, in patches.
 const SMALLEST: f64 = 1.0 / 16.0;
+
+/// Points of a side that is not shown at which the emitters' light is looked for, and where it differs: the middle of a lamp
+/// shade's inside tells nothing of the light at its rim.
+const UNSHOWN: [u32; 2] = [4, 32];
+
+/// Light differs over a side where at some point it is off the mean by this share.
+const UNEVEN: f64 = 0.25;
 
 /// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
 const RESIDUAL: f64 = 1e-4;
@@ -68,9 +77,7 @@ pub(crate) struct Looking<'a> {
     mesh: Mesh,
     patches: Sources,
     /// Patches that block.
-    tree: Blockers,
-    /// Which patch each polygon of the tree is.
-    blocking: Vec<u32>,
+    tree: PatchTree,
     /// Per patch: share of what arrives that it stops, over the channels.
     stops: Vec<f64>,
     rows: Rows,
@@ -122,17 +129,8 @@ impl<'a> Looking<'a> {
         mesh.settle();
         let through = |patch: &Patch| world.transmittance(mesh.element(patch.elements[0]).face);
         let stops = patches.patches.iter().map(|patch| 1.0 - grey(through(patch))).collect();
-        let blocking: Vec<u32> = (patches.patches.iter().enumerate())
-            .filter(|(_, patch)| through(patch) != DVec3::ONE)
-            .map(|(index, _)| index as u32)
-            .collect();
-        let (polygons, transmittances) = (blocking.iter())
-            .map(|&index| &patches.patches[index as usize])
-            .map(|patch| (patch.polygon.clone(), through(patch)))
-            .unzip();
-        let tree = Blockers::new(polygons, transmittances, world.diagonal);
-        let around =
-            Around { patches: &patches, tree: &tree, blocking: &blocking, sky: emitters.around.as_ref() };
+        let tree = PatchTree::new(world, &mesh, &patches);
+        let around = Around { patches: &patches, tree: &tree, sky: emitters.around.as_ref() };
         let rows = Rows::look_around(around, monitor, ends)?;
         let mut this = Self {
             world,
@@ -147,7 +145,6 @@ impl<'a> Looking<'a> {
             radiosity: vec![DVec3::ZERO; patches.len()],
             patches,
             tree,
-            blocking,
             stops,
             iterations: 0,
             mean_shown: 0.0,
@@ -187,31 +184,75 @@ impl<'a> Looking<'a> {
         self.solve_system();
     }
 
-    /// What emitters bring to the middle of every side: by single rays where much stands in between.
+    /// What emitters bring to every side: to its middle where the display mesh will tell more, else to some points of it.
     fn gather_direct(&mut self, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
-        let sides: Vec<usize> =
-            (0..self.patches.len()).filter(|&side| !self.rows.of(side).is_empty()).collect();
-        let receiver = |side: usize| {
-            let polygon = &self.patches.patches[side / 2].polygon;
-            let face = self.mesh.element(self.patches.patches[side / 2].elements[0]).face;
-            let object = self.world.faces[face.index()].object.index() as u32;
-            Receiver::new(polygon.centroid(), normal(polygon, side)).of(object)
-        };
-        let receivers: Vec<Receiver> = sides.iter().map(|&side| receiver(side)).collect();
-        let seeds: Vec<u64> = sides.iter().map(|&side| side as u64).collect();
+        let is_shown = |side: usize| side.is_multiple_of(2) && self.patches.patches[side / 2].receives;
+        let (shown, unshown): (Vec<usize>, Vec<usize>) = (0..self.patches.len())
+            .filter(|&side| !self.rows.of(side).is_empty())
+            .partition(|&side| is_shown(side));
+        let [few, many] = UNSHOWN;
+        let mut direct = vec![DVec3::ZERO; self.patches.len()];
+        for (&side, [arrived]) in shown.iter().zip(self.direct_at(&shown, &[0], ends)?.as_chunks().0) {
+            direct[side] = *arrived;
+        }
+        let mean = |arrived: &[DVec3]| arrived.iter().sum::<DVec3>() / arrived.len() as f64;
+        let mut uneven = Vec::new();
+        let points: Vec<u32> = (1..=few).collect();
+        for (&side, arrived) in
+            unshown.iter().zip(self.direct_at(&unshown, &points, ends)?.chunks(points.len()))
+        {
+            direct[side] = mean(arrived);
+            let differs = |light: &DVec3| (*light - direct[side]).length() > UNEVEN * direct[side].length();
+            if arrived.iter().any(differs) {
+                uneven.push(side);
+            }
+        }
+        let points: Vec<u32> = (1..=many).collect();
+        for (&side, arrived) in
+            uneven.iter().zip(self.direct_at(&uneven, &points, ends)?.chunks(points.len()))
+        {
+            direct[side] = mean(arrived);
+        }
+        for (direct, from_sky) in direct.iter_mut().zip(&self.rows.from_sky) {
+            *direct += *from_sky;
+        }
+        self.direct = direct;
+        Ok(())
+    }
+
+    /// What emitters bring to points of sides, W/m²: side by side.
+    ///
+    /// `points`: of each side; 0 is its middle, others are spread over it.
+    fn direct_at(
+        &self,
+        sides: &[usize],
+        points: &[u32],
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Vec<DVec3>, Error> {
+        let receivers = sides.iter().flat_map(|&side| {
+            let Patch { polygon, elements, .. } = &self.patches.patches[side / 2];
+            let face = &self.world.faces[self.mesh.element(elements[0]).face.index()];
+            let shift = [0, 1].map(|axis| unit(splitmix(2 * side as u64 + axis)));
+            points.iter().map(move |&point| {
+                let at =
+                    if point == 0 { polygon.centroid() } else { point_on(polygon, spread(shift, point)) };
+                Receiver::new(at, normal(polygon, side)).of(face.object.index() as u32)
+            })
+        });
+        let receivers: Vec<Receiver> = receivers.collect();
+        let seeds: Vec<u64> = sides
+            .iter()
+            .flat_map(|&side| points.iter().map(move |&point| ((side as u64) << 32) | u64::from(point)))
+            .collect();
         let gather = Gather {
             form_factors: self.form_factors,
             monitor: self.monitor,
             sources: Lit::Sources(&self.emitters.tree),
             // What rays err by at one patch is averaged over all of them by whoever sees them.
-            wanted_error: self.wanted_error() * (receivers.len() as f64).sqrt(),
+            wanted_error: self.wanted_error() * (self.patches.len() as f64).sqrt(),
             ends,
         };
-        self.direct = vec![DVec3::ZERO; self.patches.len()];
-        for (side, arrived) in sides.into_iter().zip(gather.at(&receivers, &seeds, &[])?) {
-            self.direct[side] = arrived.irradiance + self.rows.from_sky[side];
-        }
-        Ok(())
+        Ok(gather.at(&receivers, &seeds, &[])?.into_iter().map(|arrived| arrived.irradiance).collect())
     }
 
     /// Refuses closed spaces that absorb nothing of the light emitted into them.
@@ -288,17 +329,16 @@ impl<'a> Looking<'a> {
 
     /// About what arrives at a place on a surface: what its patch gets, W/m². The sky counts as a surface here.
     pub(crate) fn about(&self, light: Light, place: &Receiver) -> DVec3 {
-        let Some(hit) = self.below(place) else { return DVec3::ZERO };
-        let side = 2 * self.blocking[hit.polygon as usize] as usize + usize::from(!hit.front);
+        let Some(side) = self.below(place) else { return DVec3::ZERO };
         match light {
             Light::Direct => self.direct[side] - self.rows.from_sky[side],
             Light::Indirect => self.rows.reflected(side, &self.radiosity) + self.rows.from_sky[side],
         }
     }
 
-    /// The patch that a place is on, by its number among those that block. In a corner the surface goes on to one side only,
-    /// and by rounding a ray may pass where it ends.
-    fn below(&self, place: &Receiver) -> Option<Hit> {
+    /// The side of a patch that a place is on. In a corner the surface goes on to one side only, and by rounding a ray may
+    /// pass where it ends.
+    fn below(&self, place: &Receiver) -> Option<usize> {
         let height = ABOVE * self.tree.diagonal();
         let (x, y) = place.normal.any_orthonormal_pair();
         let around = (0..8).map(|k| {
@@ -307,15 +347,15 @@ impl<'a> Looking<'a> {
         });
         std::iter::once(DVec3::ZERO).chain(around).find_map(|beside| {
             let above = place.position + height * place.normal + beside;
-            self.tree.first_hit_within(above, -place.normal, FARTHEST_BELOW * height)
+            let hit = self.tree.first_hit_within(above, -place.normal, FARTHEST_BELOW * height)?;
+            Some(hit.side as usize)
         })
     }
 
     /// What surfaces reflect.
     pub(crate) fn lit(&self) -> Reflected<'_> {
-        let of = |&patch: &u32| [0, 1].map(|side| self.radiosity[2 * patch as usize + side]);
-        let radiosity = self.blocking.iter().map(of).collect();
-        Reflected::Around(Surroundings::new(&self.tree, radiosity, self.emitters.around.as_ref()))
+        let sky = self.emitters.around.as_ref();
+        Reflected::Around(Surroundings::new(&self.tree, &self.radiosity, sky))
     }
 
     /// What patches get of the light of surfaces and of what is beyond them.

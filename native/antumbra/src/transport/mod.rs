@@ -14,6 +14,7 @@ mod links;
 pub(crate) mod looking;
 pub(crate) mod mode;
 mod overlay;
+mod patch_tree;
 mod patches;
 mod quadrature;
 mod rows;

@@ -9,8 +9,8 @@ use crate::monitor::{Monitor, Progress};
 use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::hemisphere::{Directions, POWER};
 use crate::transport::looking::normal;
+use crate::transport::patch_tree::PatchTree;
 use crate::transport::sources::{SourceId, Sources};
-use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
 /// Rays that leave all patches together for the exchange, about: ten seconds of processor time.
@@ -33,9 +33,8 @@ const NOTHING: u32 = u32::MAX;
 #[derive(Clone, Copy)]
 pub(super) struct Around<'a> {
     pub(super) patches: &'a Sources,
-    /// Patches that block, and which patch each of its polygons is.
-    pub(super) tree: &'a Blockers,
-    pub(super) blocking: &'a [u32],
+    /// Patches that block.
+    pub(super) tree: &'a PatchTree,
     pub(super) sky: Option<&'a Sky>,
 }
 
@@ -69,7 +68,7 @@ impl Rows {
             let strata = (RAYS / weights * area(side).powf(POWER)).sqrt() as usize;
             &hemispheres[strata.clamp(FEWEST, MOST) - FEWEST]
         };
-        // What is black sends nothing on, whatever it gets.
+        // What is black sends nothing on, whatever it gets; but what it gets may be shown.
         let matters = |side: usize| patches.patches[side / 2].reflectance != DVec3::ZERO;
         let mut known = vec![false; patches.len()];
         let mut wave: Vec<u32> = Vec::new();
@@ -85,7 +84,6 @@ impl Rows {
         };
         let mut looked = 0;
         while !wave.is_empty() {
-            wave.retain(|&side| matters(side as usize));
             let mut next = Vec::new();
             for part in wave.chunks(AT_ONCE) {
                 monitor.check()?;
@@ -98,7 +96,8 @@ impl Rows {
                 for (&side, (met, [from_sky, squared])) in part.iter().zip(met) {
                     let start = rows.seen.len() as u32;
                     for &other in met.iter().filter(|&&other| other != NOTHING) {
-                        if !std::mem::replace(&mut known[other as usize], true) {
+                        let is_new = !std::mem::replace(&mut known[other as usize], true);
+                        if is_new && matters(other as usize) {
                             next.push(other);
                         }
                     }
@@ -186,7 +185,7 @@ fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, [DVe
                 from_sky[1] += light * light;
                 return NOTHING;
             };
-            2 * around.blocking[hit.polygon as usize] + u32::from(!hit.front)
+            hit.side
         })
         .collect();
     (met, from_sky.map(|sum| sum / directions.len() as f64))

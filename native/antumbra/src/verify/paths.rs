@@ -10,8 +10,9 @@ use crate::scene::world::World;
 use crate::transport::sources::whole_faces;
 use crate::verify::light::{Incoming, Stopped};
 use crate::verify::lights::Lights;
-use crate::visibility::blockers::{Blockers, Hit};
+use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{splitmix, unit};
+use crate::visibility::trace::Hit;
 
 /// What a path stands on.
 #[derive(Debug, Clone, Copy)]

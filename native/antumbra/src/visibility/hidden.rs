@@ -91,6 +91,11 @@ impl Blocking<'_> {
     pub(crate) fn is_opaque(&self, id: u32) -> bool {
         self.transmittance(id) == DVec3::ZERO
     }
+
+    /// Whether no polygon lets any light through.
+    pub(crate) fn all_opaque(&self) -> bool {
+        self.transmittances.is_empty()
+    }
 }
 
 /// The mean of a colour's channels; of the same in all, that to the last bit.

@@ -22,10 +22,12 @@ mod clip;
 mod filters;
 mod form_factor;
 mod hidden;
+pub(crate) mod packet;
 mod polygon;
 pub(crate) mod rays;
 pub(crate) mod screens;
 pub(crate) mod shaft;
+pub(crate) mod trace;
 
 pub use form_factor::unoccluded_form_factor;
 pub(crate) use form_factor::{RADON_RULE, Weight, unoccluded_weighted};

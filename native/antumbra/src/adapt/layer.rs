@@ -1,0 +1,140 @@
+//! The light of one group of sources on a mesh, as far as it was computed: at vertices, in the middles of edges, at centroids.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use crate::adapt::refinable::Leaf;
+use crate::index::{ElementId, SampleId};
+use crate::mesh::{Sample, edge_key};
+use crate::transport::gather::Arrived;
+
+/// A deviation counts when its square is above this many variances of the rays at the middle: three standard errors
+/// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
+const CERTAIN: f64 = 13.5;
+
+/// What was found in the middle of an edge.
+#[derive(Debug, Clone, Copy)]
+struct Middle {
+    /// W/m².
+    irradiance: DVec3,
+    /// Irradiance beyond the mean of the edge's ends, W/m².
+    deviation: DVec3,
+    /// Whether that can be told from the noise of rays.
+    certain: bool,
+}
+
+/// What was found at the centroid of an element.
+#[derive(Debug, Clone, Copy)]
+struct Bulge {
+    /// Irradiance beyond what corners and middles of edges tell, W/m².
+    irradiance: DVec3,
+    /// Irradiance beyond what corners and certain middles tell, W/m²; zero where it cannot be told from the noise of rays.
+    certain: DVec3,
+}
+
+/// The light of one group of sources on a mesh's samples.
+#[derive(Debug, Default)]
+pub(crate) struct Layer {
+    /// Front irradiance per sample, W/m².
+    pub(crate) irradiance: Vec<DVec3>,
+    middles: FxHashMap<(SampleId, SampleId), Middle>,
+    bulges: FxHashMap<ElementId, Bulge>,
+}
+
+impl Layer {
+    pub(crate) fn new(irradiance: Vec<DVec3>) -> Self {
+        Self { irradiance, ..Self::default() }
+    }
+
+    /// Takes over what arrived in the middle of an edge.
+    pub(super) fn learn_middle(&mut self, edge: (SampleId, SampleId), arrived: &Arrived) {
+        let mean = 0.5 * (self.irradiance[edge.0.index()] + self.irradiance[edge.1.index()]);
+        let deviation = arrived.irradiance - mean;
+        let certain = deviation.length_squared() > CERTAIN * arrived.variance;
+        self.middles.insert(edge, Middle { irradiance: arrived.irradiance, deviation, certain });
+    }
+
+    /// Takes over what arrived at the centroid of a leaf.
+    pub(super) fn learn_centroid(&mut self, element: ElementId, leaf: &Leaf, arrived: &Arrived) {
+        let bulge = self.bulge(leaf, arrived);
+        self.bulges.insert(element, bulge);
+    }
+
+    /// Whether the light in the middle of an edge was computed.
+    pub(super) fn knows_middle(&self, edge: (SampleId, SampleId)) -> bool {
+        self.middles.contains_key(&edge)
+    }
+
+    /// The light in the middle of an edge, where it was computed.
+    pub(crate) fn middle(&self, [a, b]: [SampleId; 2]) -> Option<DVec3> {
+        self.middles.get(&edge_key(a, b)).map(|middle| middle.irradiance)
+    }
+
+    /// Gives samples that were made since a value: the computed one, or the mean of their parents (the paper, §2.2).
+    pub(crate) fn extend(&mut self, samples: &[Sample]) {
+        for sample in &samples[self.irradiance.len()..] {
+            let parents =
+                sample.parents.expect("samples added by refinement have parents; this is a bug in antumbra");
+            let mean = || 0.5 * (self.irradiance[parents[0].index()] + self.irradiance[parents[1].index()]);
+            let value = self.middle(parents).unwrap_or_else(mean);
+            self.irradiance.push(value);
+        }
+    }
+
+    /// What light at a leaf's centroid tells.
+    fn bulge(&self, leaf: &Leaf, arrived: &Arrived) -> Bulge {
+        let corners: DVec3 = leaf.samples.iter().map(|s| self.irradiance[s.index()]).sum();
+        let beyond = |deviations: [DVec3; 3]| {
+            arrived.irradiance - corners / 3.0 - deviations.iter().sum::<DVec3>() * (4.0 / 9.0)
+        };
+        let irradiance = beyond(leaf.edges().map(|edge| self.noisy_deviation(edge)));
+        let certain = beyond(leaf.edges().map(|edge| self.deviation(edge)));
+        let is_certain = certain.length_squared() > CERTAIN * arrived.variance;
+        Bulge { irradiance, certain: if is_certain { certain } else { DVec3::ZERO } }
+    }
+
+    /// What the certain light at a leaf's centroid would be beyond the quadratic, W/m²; zero where it cannot be told from the
+    /// noise of rays.
+    pub(super) fn certain_bulge(&self, leaf: &Leaf, arrived: &Arrived) -> DVec3 {
+        self.bulge(leaf, arrived).certain
+    }
+
+    /// The light at an element's centroid beyond the quadratic, W/m²; zero where it cannot be told from the noise of rays.
+    pub(crate) fn bulge_of(&self, element: ElementId) -> DVec3 {
+        self.bulges.get(&element).map_or(DVec3::ZERO, |bulge| bulge.certain)
+    }
+
+    /// The same with the noise of rays in it.
+    pub(crate) fn noisy_bulge_of(&self, element: ElementId) -> DVec3 {
+        self.bulges.get(&element).map_or(DVec3::ZERO, |bulge| bulge.irradiance)
+    }
+
+    /// The light in the middle of an edge beyond the mean of its ends, W/m²; zero where it cannot be told from the noise of
+    /// rays.
+    pub(crate) fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
+        self.middles.get(&edge).filter(|middle| middle.certain).map_or(DVec3::ZERO, |middle| middle.deviation)
+    }
+
+    /// The same with the noise of rays in it.
+    pub(crate) fn noisy_deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
+        self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.deviation)
+    }
+
+    /// The integral over an element of the squared difference between the light, as far as it is known, and the linear
+    /// interpolant, as shown and averaged over the channels, W²/m².
+    ///
+    /// The light is known in the middles of the edges, where it deviates by d, and maybe at the centroid, where it
+    /// bulges by β beyond the quadratic. With barycentric coordinates l, the difference is the sum of `4 d l_i l_j`
+    /// over the edges and of `27 β l_1 l_2 l_3`; its square integrates to
+    /// A·(16/90 sum of `d_i d_j` over all unordered pairs, `i = j` included, + 81/280 β² + 12/35 β·`sum of d_i`).
+    ///
+    /// `shown`: the share of arriving light that is shown, per channel.
+    pub(crate) fn squared_error(&self, leaf: &Leaf, bulge: DVec3, shown: DVec3) -> f64 {
+        let [d, e, f] = leaf.edges().map(|edge| shown * self.deviation(edge));
+        let bulge = shown * bulge;
+        let forms = d.dot(d) + e.dot(e) + f.dot(f) + d.dot(e) + e.dot(f) + f.dot(d);
+        let squared =
+            16.0 / 90.0 * forms + 81.0 / 280.0 * bulge.dot(bulge) + 12.0 / 35.0 * bulge.dot(d + e + f);
+        leaf.area * squared / 3.0
+    }
+}
