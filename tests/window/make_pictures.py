@@ -59,7 +59,7 @@ def main(scene, folder):
         # Bake, and watch
         blender.ask("setattr(bpy.context.scene.antumbra, 'tolerance', 0.0002)")
         blender.press("bpy.ops.antumbra.bake()")
-        blender.until("running.live_triangles(bpy.context.scene) is not None or not running.is_running()")
+        blender.until("running.live_stage(bpy.context.scene) is not None or not running.is_running()")
         shoot("running")
         blender.ask("running.request_cancel()")
         blender.until("not running.is_running()")

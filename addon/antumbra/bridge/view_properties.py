@@ -72,6 +72,11 @@ class AntumbraView(PropertyGroup):
         description="While a bake runs, draw its mesh and light over the originals in the viewport after each stage",
         default=True,
     )
+    error_curve: BoolProperty(
+        name="Error Curve",
+        description="Draw into the viewport's corner how the error of the last bake fell with the seconds that it took",
+        default=False,
+    )
 
 
 def register() -> None:
