@@ -11,6 +11,7 @@ import bpy
 from ..bridge import preflight, running
 from ..bridge.properties import settings_of, state_of
 from ..bridge.surroundings import scene_of
+from ..bridge.view_properties import view_of
 from ..core.preflight import estimate_texts
 from ..core.presets import PRESETS, preset_of
 from ..core.report import sentence
@@ -50,7 +51,9 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
             if running.last_report is not None:
-                layout.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
+                row = layout.row(align=True)
+                row.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
+                row.prop(view_of(scene_of(context)), "error_curve", icon="FCURVE", toggle=True)
         column = _property_column(layout)
         column.prop(settings, "receivers")
         preset = preset_of(settings_of(scene_of(context)))
