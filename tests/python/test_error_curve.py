@@ -29,7 +29,8 @@ def test_axes_hold_all_of_it_and_stand_on_zero_where_an_interval_does():
     ends = [scale.place(0.0, y)[1] for line in lines for pair in line.band for y in pair]
     assert all(0.0 <= across <= 1.0 and 0.0 <= up <= 1.0 for across, up in places)
     assert min(ends) == 0.0
-    assert scale.y_ticks()[0][1] == 0.0
+    assert scale.y_ticks()[0] == (scale.low, 0.0)
+    assert all(at == written for at, written in scale.y_ticks()[1:])
     assert max(scale.x_ticks()) <= 4.0
     assert len(scale.x_ticks()) >= 4
 

@@ -52,8 +52,8 @@ class Scale:
 
     def y_ticks(self) -> list[tuple[float, float]]:
         """Where grid lines are, and what is written there."""
-        at_foot = 1.5 * self.low if self.has_zero else 0.0
-        return [(value, 0.0 if value < at_foot else value) for value in _ticks(self.low, self.high)]
+        foot = [(self.low, 0.0)] if self.has_zero else []
+        return foot + [(value, value) for value in _ticks(self.low, self.high) if not foot or value > 1.5 * self.low]
 
 
 def scale_of(lines: Sequence[Line]) -> Scale | None:

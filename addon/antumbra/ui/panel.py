@@ -21,6 +21,7 @@ from ..operators import (
     ANTUMBRA_OT_preset,
     ANTUMBRA_OT_remove_bake,
     ANTUMBRA_OT_select_finding,
+    ANTUMBRA_OT_show_light,
     ANTUMBRA_OT_show_report,
 )
 from .status_bar import draw_progress
@@ -63,6 +64,8 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         label = "Custom" if preset is None else PRESETS[preset].label
         row.operator_menu_enum(ANTUMBRA_OT_preset.bl_idname, "preset", text=label)
         if any(state_of(obj).role != "NONE" for obj in scene_of(context).objects):
+            # Without it a viewport shows nothing of the light, and a new user believes that nothing happened
+            layout.operator(ANTUMBRA_OT_show_light.bl_idname, icon="SHADING_SOLID")
             layout.operator(ANTUMBRA_OT_remove_bake.bl_idname, icon="TRASH")
 
 
