@@ -13,7 +13,7 @@ def baking(blender):
     blender.ask("bpy.data.objects['Cube 1'].location.z = 2.0")
     blender.ask("bpy.ops.ed.undo_push(message='Lift')")
     blender.press(BAKE)
-    blender.until("running.is_running()")
+    blender.until("is_solving()")
     return blender
 
 

@@ -154,12 +154,10 @@ def request_cancel() -> None:
     """Give the running bake up: from now on none is running, and its solver ends on its own as soon as it notices."""
     if _running is None:
         return
-    _put_off(_running)
-    is_read = _running.is_read
-    bake = take()
-    if is_read:
-        bake.job.cancel()
-        _given_up.append(bake)
+    running = _release(_running)
+    if running.is_read:
+        running.bake.job.cancel()
+        _given_up.append(running.bake)
         if not bpy.app.timers.is_registered(_bury):
             bpy.app.timers.register(_bury, first_interval=_TICK_S)
     note_outcome("INFO", ["Cancelled; nothing was changed"])
@@ -182,21 +180,26 @@ def _look_soon(running: _Running) -> None:
 
 def take() -> Bake:
     """The bake that is done; from now on none is running."""
-    global _running
     if _running is None:
         raise BakeError("no bake is running")
-    bake, _running = _running.bake, None
+    if not _running.is_read:
+        raise BakeError("the scene is still being read")
+    return _release(_running).bake
+
+
+def _release(running: _Running) -> _Running:
+    """From now on none is running, and nothing of what it was at is in the file."""
+    global _running
+    _running = None
+    _put_off(running)
     redraw_viewports()
-    return bake
+    return running
 
 
 def abandon() -> None:
     """Cancel the running bake, if any, and wait for its thread and for those that were given up."""
-    global _running
     if _running is not None:
-        _put_off(_running)
-        _given_up.append(_running.bake)
-        _running = None
+        _given_up.append(_release(_running).bake)
     while _given_up:
         _given_up.pop().abandon()
 
