@@ -62,6 +62,17 @@ def test_pieces_come_to_the_same_as_all_at_once(textured_scene):
     assert fingerprint() == textured_scene
 
 
+def test_what_is_read_at_once_in_a_file_of_very_many_objects_is_the_same(textured_scene, monkeypatch):
+    in_pieces = read_scene()
+    monkeypatch.setattr(module("bridge.scene_read"), "_MOST_OBJECTS", 0)
+    at_once = read_scene()
+    assert at_once.materials == in_pieces.materials
+    for ours, theirs in zip(at_once.objects, in_pieces.objects, strict=True):
+        assert np.array_equal(ours.surface.positions, theirs.surface.positions)
+        assert [a.name for a in ours.surface.attributes] == [a.name for a in theirs.surface.attributes]
+    assert fingerprint() == textured_scene
+
+
 @NEEDS_CYCLES
 def test_looking_a_few_samples_at_a_time_sees_the_same(textured_scene, monkeypatch):
     whole = read_scene()
