@@ -6,9 +6,9 @@ from __future__ import annotations
 from types import ModuleType
 
 from . import cli, operators, ui
-from .bridge import preflight, properties, running, view_properties
+from .bridge import preflight, properties, running, temporary, view_properties
 
-_ROOMS: tuple[ModuleType, ...] = (properties, view_properties, running, preflight, operators, ui, cli)
+_ROOMS: tuple[ModuleType, ...] = (properties, view_properties, temporary, running, preflight, operators, ui, cli)
 
 
 def register() -> None:

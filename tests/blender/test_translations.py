@@ -7,20 +7,95 @@ from pathlib import Path
 import bpy
 import pytest
 from extension import module
+from test_faults import STAGES
+
+FOLDER = Path(module("registration").__file__).parent
 
 
-def texts_of_the_interface():
+def texts_of_the_source():
     """Every text in the extension's source, where labels come from."""
-    folder = Path(module("registration").__file__).parent
-    files = [path for path in folder.rglob("*.py") if path.name != "translations.py"]
+    files = [path for path in FOLDER.rglob("*.py") if path.name != "german.py"]
     nodes = [node for path in files for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
     return {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
 
 
-def test_no_translation_is_of_a_text_that_is_gone():
-    texts = texts_of_the_interface()
-    for language in module("ui.translations").LANGUAGES.values():
-        assert set(language) - texts == set()
+def texts_of_properties(struct):
+    """Names and tooltips of the properties that we added to a struct."""
+    theirs = {*bpy.types.Operator.bl_rna.properties.keys(), *bpy.types.PropertyGroup.bl_rna.properties.keys()}
+    for prop in struct.bl_rna.properties:
+        if prop.identifier in theirs:
+            continue
+        yield prop.name
+        yield prop.description
+        for item in getattr(prop, "enum_items_static", ()):
+            yield item.name
+            yield item.description
+
+
+def texts_of_the_interface():
+    """Whatever somebody may read in buttons, panels, menus, tooltips, progress and legends."""
+    scene = bpy.context.scene
+    probe = bpy.data.objects.new("Probe", None)
+    for group in (scene.antumbra, scene.antumbra_view, probe.antumbra_part):
+        yield from texts_of_properties(group)
+    for cls in module("operators").CLASSES:
+        yield cls.bl_label
+        yield cls.__doc__
+        yield from texts_of_properties(cls)
+    for cls in (
+        *module("ui.panel").CLASSES,
+        *module("ui.view_panel").CLASSES,
+        module("ui.object_panel").ANTUMBRA_PT_object,
+    ):
+        yield cls.bl_label
+    for preset in module("core.presets").PRESETS.values():
+        yield preset.label
+        yield preset.description
+    yield from (
+        "Custom",
+        *(name for name, _ in module("ui.overlay").KINDS),
+        "reading the scene",
+        *STAGES,
+        "welding",
+        "done",
+    )
+
+    # What is written in place
+    for path in (FOLDER / "ui").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call):
+                continue
+            texts = [keyword.value for keyword in node.keywords if keyword.arg == "text"]
+            if isinstance(node.func, ast.Name) and node.func.id == "translated":
+                texts += node.args
+            yield from (text.value for text in texts if isinstance(text, ast.Constant))
+    for obstacle in ("switch to Object Mode", "wait for the render", "finish the current action"):
+        yield f"To read the scene, {obstacle}"
+        yield f"Light is ready: {obstacle}"
+    curve = module("core.error_curve")
+    yield from (curve.TIME.title, curve.VERIFIED, curve.ESTIMATED)
+    yield from ("{} s left", "{} min left")
+
+
+@pytest.mark.parametrize("language", module("ui.translations").LANGUAGES)
+def test_every_text_of_the_interface_is_there(language):
+    texts = {text for text in texts_of_the_interface() if text}
+    assert len(texts) > 150
+    assert texts - set(module("ui.translations").LANGUAGES[language]) == set()
+
+
+@pytest.mark.parametrize("language", module("ui.translations").LANGUAGES)
+def test_no_translation_is_of_a_text_that_is_gone(language):
+    known = texts_of_the_source() | set(texts_of_the_interface())
+    assert set(module("ui.translations").LANGUAGES[language]) - known == set()
+
+
+@pytest.mark.parametrize("language", module("ui.translations").LANGUAGES)
+def test_what_is_filled_in_is_filled_in_there_too(language):
+    for text, translation in module("ui.translations").LANGUAGES[language].items():
+        assert text.count("{}") == translation.count("{}")
+        assert translation.strip() == translation != ""
+        assert not translation.endswith("."), "Blender adds it"
 
 
 def test_blender_finds_them():

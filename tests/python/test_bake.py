@@ -8,6 +8,7 @@ import pytest
 from antumbra.bridge import solver
 from antumbra.core.bake import Bake
 from antumbra.core.errors import CancelledError, InputError, NoLightError, SettingError
+from antumbra.core.pieces import GO_ON
 from antumbra.core.record import AreaLight, Material
 from antumbra.core.report import verified_error
 from antumbra.core.settings import Settings
@@ -26,6 +27,7 @@ class ArrayHost:
         self.written = []
 
     def read(self, settings):
+        yield GO_ON
         return self.scene
 
     def prepare(self, the_scene, solution, settings):

@@ -21,7 +21,7 @@ def test_a_bake_that_needs_more_than_there_is_does_not_begin(monkeypatch):
         bake.begin()
     assert isinstance(raised.value, InputError)
     assert not host.written
-    assert not hasattr(bake, "_job")
+    assert bake._job is None
 
 
 @pytest.mark.parametrize("free", [None, 10**12])

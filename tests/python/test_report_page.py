@@ -35,7 +35,7 @@ def test_the_page_is_well_formed_and_names_the_error(report):
     html = page(report).removeprefix("<!doctype html>\n").replace('<meta charset="utf-8">', "")
     root = ElementTree.fromstring(html)
     verified = report["result"]["verification"] is not None
-    assert len(list(root.iter("figure"))) == 2 + 4 * verified
+    assert len(list(root.iter("figure"))) == 3 + 3 * verified
     text = "".join(root.itertext())
     assert ("verified error" in text) == verified
     assert "<script>alert('&')</script>" in text

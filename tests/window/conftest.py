@@ -50,6 +50,11 @@ for screen_area in bpy.context.window_manager.windows[0].screen.areas:
             region.tag_redraw()
 
 
+def is_solving():
+    # Once its scene is read nothing of a bake is in the file
+    return running.is_running() and running._running.is_read
+
+
 def cubes_on_a_plane(**settings):
     for index in range(4):
         add_cube(f"Cube {index}").location = (3 * index - 4.5, 0, 1)

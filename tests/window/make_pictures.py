@@ -24,6 +24,9 @@ area.spaces.active.region_3d.view_perspective = "CAMERA"
 region = next(region for region in area.regions if region.type == "WINDOW")
 with bpy.context.temp_override(window=window, area=area, region=region):
     bpy.ops.view3d.view_center_camera()
+# The floor that is baked lies in the grid
+overlay = area.spaces.active.overlay
+overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = overlay.show_cursor = False
 """
 
 
@@ -39,7 +42,7 @@ def main(scene, folder):
         blender.ask("for obj in bpy.context.view_layer.objects: obj.select_set(False)\n" + ZOOM)
         blender.scroll_down(14)
 
-        def shoot(name, area=None):
+        def shoot(name, area=None, right=170):
             blender.move(*_REST)
             time.sleep(_DRAWN_S)
             picture = blender.picture()
@@ -48,7 +51,7 @@ def main(scene, folder):
                 picture = picture[top : top + height, left : left + width]
             if area == "VIEW_3D":
                 # Without the buttons at its borders
-                picture = picture[220:, 70 : width - 170]
+                picture = picture[220:, 58 : width - right]
             (folder / f"{name}.png").write_bytes(png(picture))
 
         # Check the scene
@@ -59,7 +62,7 @@ def main(scene, folder):
         # Bake, and watch
         blender.ask("setattr(bpy.context.scene.antumbra, 'tolerance', 0.0002)")
         blender.press("bpy.ops.antumbra.bake()")
-        blender.until("running.live_triangles(bpy.context.scene) is not None or not running.is_running()")
+        blender.until("running.live_stage(bpy.context.scene) is not None or not running.is_running()")
         shoot("running")
         blender.ask("running.request_cancel()")
         blender.until("not running.is_running()")
@@ -75,6 +78,9 @@ def main(scene, folder):
         blender.ask("bpy.context.scene.antumbra_view.overlay = 'NONE'")
         blender.ask("bpy.context.scene.antumbra_view.mode = 'FALSE_COLOURS'")
         shoot("false-colours", "VIEW_3D")
+        blender.ask("bpy.context.scene.antumbra_view.mode = 'STORED'")
+        blender.ask("bpy.context.scene.antumbra_view.error_curve = True")
+        shoot("error-curve", "VIEW_3D", right=0)
     finally:
         blender.close()
 

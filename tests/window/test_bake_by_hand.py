@@ -19,7 +19,7 @@ def test_bake_cancel_bake_again_undo_redo(blender):
 
     # Press Bake, watch
     blender.press(BAKE)
-    blender.until("running.is_running()")
+    blender.until("is_solving()")
     blender.screenshot("2 running")
     assert blender.ask("fingerprint()") == before
 

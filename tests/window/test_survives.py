@@ -13,7 +13,7 @@ def baking(blender):
     blender.ask("bpy.data.objects['Cube 1'].location.z = 2.0")
     blender.ask("bpy.ops.ed.undo_push(message='Lift')")
     blender.press(BAKE)
-    blender.until("running.is_running()")
+    blender.until("is_solving()")
     return blender
 
 
@@ -110,3 +110,73 @@ def test_quitting_ends_the_bake(baking):
     baking.key("ctrl+q")
     baking.in_dialog("d")  # Don't Save
     assert baking.process.wait(20) == 0
+
+
+# So many pieces of reading, done in one go, end in the middle of it.
+IN_THE_MIDDLE = """
+bpy.context.scene.antumbra.tolerance = 0.2
+bpy.ops.antumbra.bake("INVOKE_DEFAULT")
+for _ in range({pieces}):
+    next(running._running.reading)
+assert not running._running.is_read
+"""
+
+OURS = "[each.name for kind in ('scenes', 'objects', 'meshes', 'materials') for each in getattr(bpy.data, kind) if "
+OURS += "'antumbra_temporary' in each.keys()]"
+
+
+@pytest.fixture
+def scene_to_read(blender):
+    """Cubes with a noise, which Cycles has to look at."""
+    blender.ask("cubes_on_a_plane()")
+    blender.ask("""
+material = add_material("Noise")
+shader = material.node_tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
+noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+material.node_tree.links.new(noise.outputs["Color"], shader.inputs["Color"])
+for index in range(4):
+    bpy.data.objects[f"Cube {index}"].data.materials.append(material)
+bpy.ops.ed.undo_push(message="Noise")
+bpy.data.objects["Cube 1"].location.z = 2.0
+bpy.ops.ed.undo_push(message="Lift")
+""")
+    return blender
+
+
+@pytest.mark.parametrize("pieces", [2, 20, 60])
+def test_undo_and_saving_while_the_scene_is_read(scene_to_read, pieces, tmp_path):
+    window = scene_to_read
+    window.ask(IN_THE_MIDDLE.format(pieces=pieces) + "bpy.ops.ed.undo()\nanswer = " + OURS)
+    assert window.ask(OURS + " if running._running.reading is None else []") == []
+    window.until("len(baked_objects()) == 5")
+    # What was baked is the scene after the undo
+    lifted = "max(v.co.z for v in baked_of('Cube 1').data.vertices) + baked_of('Cube 1').location.z"
+    assert abs(window.ask(lifted) - 2.0) < 1e-6
+    assert window.ask(OURS) == []
+
+    path = str(tmp_path / "middle.blend")
+    window.ask(IN_THE_MIDDLE.format(pieces=pieces) + f"bpy.ops.wm.save_as_mainfile(filepath={path!r}, copy=True)")
+    window.until("not running.is_running()")
+    window.ask(f"bpy.ops.wm.open_mainfile(filepath={path!r})")
+    assert window.ask(OURS) == []
+    assert window.ask("len(bpy.data.scenes)") == 1
+
+
+def test_cancel_while_the_scene_is_read(scene_to_read):
+    window = scene_to_read
+    before = window.ask("fingerprint()")
+    window.ask(IN_THE_MIDDLE.format(pieces=40) + "running.request_cancel()")
+    assert not window.ask("running.is_running()")
+    window.ask("setattr(bpy.context.scene.antumbra, 'tolerance', 0.01)")
+    assert window.ask("fingerprint()") == before
+    assert window.ask(OURS) == []
+
+
+def test_reading_waits_for_object_mode(scene_to_read):
+    window = scene_to_read
+    window.ask("select(bpy.data.objects['Cube 0'])")
+    window.ask(IN_THE_MIDDLE.format(pieces=10) + "bpy.ops.object.mode_set(mode='EDIT')")
+    window.until("'Object Mode' in running.waiting_for()")
+    window.screenshot("waiting to read")
+    window.ask("bpy.ops.object.mode_set(mode='OBJECT')")
+    window.until("len(baked_objects()) == 5")

@@ -13,18 +13,43 @@ from typing import Any
 
 import bpy
 
+from ..core.pieces import TURN, Pieces
+from .originals import originals_shown
 from .surroundings import scene_of
+from .temporary import marked, remove
 
 _ENGINE_ID = "ANTUMBRA_READER"
 
+Visit = Callable[[bpy.types.Depsgraph, int], None]
 
-def with_render_depsgraph(context: bpy.types.Context, visit: Callable[[bpy.types.Depsgraph, int], None]) -> None:
-    """Call `visit(depsgraph, probe_uid)` with the scene as evaluated for a render; the scene is as before afterwards.
+
+def visit_render_depsgraph(context: bpy.types.Context, visit: Visit) -> Pieces[None]:
+    """Call `visit(depsgraph, probe_uid)` once with the scene as evaluated for a render, earlier bakes taken back.
 
     The object with session_uid probe_uid is ours and to be ignored. What `visit` raises comes out here. Nothing of
-    the depsgraph may be kept.
+    the depsgraph may be kept: it ends with the call. The scene is as before afterwards.
+
+    The evaluation is one piece, however long Blender takes. An object that comes or goes makes Blender go through the
+    relations of all objects once more, so these are pieces too.
     """
+    # An object that Blender will agree to bake: a triangle without area, with a colour attribute.
+    mesh = marked(bpy.data.meshes.new(_ENGINE_ID))
+    mesh.from_pydata([(0.0, 0.0, 0.0)] * 3, [], [(0, 1, 2)])
+    mesh.color_attributes.new("Color", "FLOAT_COLOR", "CORNER")
+    probe = marked(bpy.data.objects.new(_ENGINE_ID, mesh))
+    try:
+        scene_of(context).collection.objects.link(probe)
+        yield TURN
+        _evaluate(context, probe, visit)
+        yield TURN
+    finally:
+        remove([probe, mesh])
+    yield TURN
+
+
+def _evaluate(context: bpy.types.Context, probe: bpy.types.Object, visit: Visit) -> None:
     scene: Any = scene_of(context)
+    probe_uid = probe.session_uid
     failure: list[BaseException] = []
     visited: list[bool] = []
 
@@ -39,20 +64,16 @@ def with_render_depsgraph(context: bpy.types.Context, visit: Callable[[bpy.types
             except BaseException as error:  # noqa: BLE001  Blender would print it and go on.
                 failure.append(error)
 
-    # An object that Blender will agree to bake: a triangle without area, with a colour attribute.
-    mesh = bpy.data.meshes.new(_ENGINE_ID)
-    mesh.from_pydata([(0.0, 0.0, 0.0)] * 3, [], [(0, 1, 2)])
-    mesh.color_attributes.new("Color", "FLOAT_COLOR", "CORNER")
-    probe = bpy.data.objects.new(_ENGINE_ID, mesh)
-    probe_uid = probe.session_uid
     engine_before = scene.render.engine
     bpy.utils.register_class(Reader)
     try:
-        scene.collection.objects.link(probe)
         scene.render.engine = _ENGINE_ID
         # Overriding the context leaves the user's own selection and active object alone.
-        with context.temp_override(
-            active_object=probe, object=probe, selected_objects=[probe], selected_editable_objects=[probe]
+        with (
+            originals_shown(scene),
+            context.temp_override(
+                active_object=probe, object=probe, selected_objects=[probe], selected_editable_objects=[probe]
+            ),
         ):
             bpy.ops.object.bake(
                 type="COMBINED",
@@ -64,8 +85,6 @@ def with_render_depsgraph(context: bpy.types.Context, visit: Callable[[bpy.types
             )
     finally:
         scene.render.engine = engine_before
-        bpy.data.objects.remove(probe)
-        bpy.data.meshes.remove(mesh)
         bpy.utils.unregister_class(Reader)
     if failure:
         raise failure[0]

@@ -8,10 +8,11 @@ from collections.abc import Iterator
 import bpy
 
 from ..core.bake import Bake, Solution
+from ..core.pieces import GO_ON, Pieces, at_once
 from ..core.record import SceneRecord
 from ..core.settings import Settings
 from . import solver
-from .scene_read import read_scene
+from .scene_read import reading
 from .scene_write import PreparedMeshes, write_solution
 from .textures import show_textures
 
@@ -24,25 +25,25 @@ class BlenderHost:
         self._texture_warnings: list[str] | None = None
         """Of the solution at hand, once its meshes show their textures."""
 
-    def read(self, settings: Settings) -> SceneRecord:
-        return read_scene(bpy.context, settings)
+    def read(self, settings: Settings) -> Pieces[SceneRecord]:
+        return reading(bpy.context, settings)
 
-    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[None]:
-        self._show_textures(scene, solution, settings)
-        yield
+    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[object]:
+        yield from self._show_textures(scene, solution, settings)
         yield from self._prepared.make(bpy.context, scene, solution, settings)
 
     def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
-        warnings = self._show_textures(scene, solution, settings)
+        warnings = at_once(self._show_textures(scene, solution, settings))
         self._texture_warnings = None
         return warnings + write_solution(bpy.context, scene, solution, settings, self._prepared)
 
     def discard(self) -> None:
         self._prepared.discard()
 
-    def _show_textures(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
+    def _show_textures(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Pieces[list[str]]:
         if self._texture_warnings is None:
-            self._texture_warnings = show_textures(scene, solution, settings)
+            self._texture_warnings = yield from show_textures(scene, solution, settings)
+            yield GO_ON
         return self._texture_warnings
 
 

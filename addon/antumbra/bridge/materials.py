@@ -17,6 +17,7 @@ import bpy
 import numpy as np
 
 from ..core.colours import srgb_decoded
+from ..core.pieces import GO_ON, Pieces
 from ..core.record import Material, SceneRecord
 from .neutral_material import GLASS, METALS, trees_of
 
@@ -65,6 +66,17 @@ class MaterialReader:
             index = self._index_by_uid[uid] = len(self._scene.materials)
             self._scene.materials.append(self._read(material, index))
         return self._index_by_uid[uid]
+
+    def read_images(self, scene: bpy.types.Scene) -> Pieces[None]:
+        """Find the means of images that materials of the scene's objects use as colours, one at a time."""
+        for material in _materials_of(scene):
+            for tree in trees_of(material):
+                for node in tree.nodes:
+                    if node.type == "TEX_IMAGE" and node.image is not None and _colours_a_shader(node):
+                        if node.image.session_uid in self._mean_by_image_uid:
+                            continue
+                        self._image_mean(node.image)
+                        yield GO_ON
 
     def wants_passes(self, index: int, has_uv_map: bool) -> bool:
         """Whether looking at the faces tells more of a material than its nodes did."""
@@ -211,6 +223,20 @@ class MaterialReader:
         return self._mean_by_image_uid[uid]
 
 
+def _materials_of(scene: bpy.types.Scene) -> list[Any]:
+    """The materials of a scene's objects, and of the objects in the collections that these make instances of."""
+    objects: dict[int, Any] = {obj.session_uid: obj for obj in scene.objects}
+    for obj in list(objects.values()):
+        if obj.instance_collection is not None:
+            objects.update((each.session_uid, each) for each in obj.instance_collection.all_objects)
+    slots = (slot.material for obj in objects.values() for slot in obj.material_slots)
+    return list({material.session_uid: material for material in slots if material is not None}.values())
+
+
+def _colours_a_shader(node: Any) -> bool:
+    return any(link.to_node.outputs and link.to_node.outputs[0].type == "SHADER" for link in node.outputs[0].links)
+
+
 def _missing_image(material: bpy.types.Material) -> str | None:
     """The name of an image that the material uses and that is not there."""
     for tree in trees_of(material):
@@ -282,7 +308,10 @@ def _mean_colour(image: Any) -> Rgb | None:
     rgb = channels[:, :3] if image.channels >= 3 else np.repeat(channels[:, :1], 3, axis=1)
     # Pixels of byte images come as they are stored, those of float images are linear already.
     if not image.is_float and image.colorspace_settings.name == "sRGB":
-        rgb = srgb_decoded(rgb)
+        bytes_of = np.rint(rgb * 255.0).astype(np.uint8)
+        counts = np.stack([np.bincount(bytes_of[:, k], minlength=256) for k in range(3)], axis=1)
+        red, green, blue = (srgb_decoded(np.arange(256) / 255.0) @ counts / len(rgb)).tolist()
+        return red, green, blue
     red, green, blue = (float(value) for value in rgb.mean(axis=0, dtype=np.float64))
     return red, green, blue
 

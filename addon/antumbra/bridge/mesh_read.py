@@ -14,32 +14,38 @@ from numpy.typing import NDArray
 
 from ..core.carry import ERROR, LINE
 from ..core.colours import LIGHT
+from ..core.pieces import GO_ON, Pieces
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from .attribute_types import STRUCTURE, read_attribute
 
 
-def read_surface(mesh: bpy.types.Mesh) -> Surface | None:
+def read_surface(mesh: bpy.types.Mesh) -> Pieces[Surface | None]:
     """The mesh as triangles; None when it has no faces. Loose vertices and edges take no part in a bake."""
     mesh.calc_loop_triangles()
     if len(mesh.loop_triangles) == 0:
         return None
     triangle_count, corner_count, face_count = len(mesh.loop_triangles), len(mesh.loops), len(mesh.polygons)
 
-    position: Any = mesh.attributes["position"]
+    yield GO_ON
     triangle_corners = _ints(mesh.loop_triangles, "loops", triangle_count * 3).reshape(-1, 3)
     corner_edges = attribute_ints(mesh, ".corner_edge", mesh.loops, "edge_index")
     corner_vertices = attribute_ints(mesh, ".corner_vert", mesh.loops, "vertex_index")
     face_starts = _ints(mesh.polygons, "loop_start", face_count)
+    triangle_faces = _ints(mesh.loop_triangle_polygons, "value", triangle_count)
+    yield GO_ON
+    corner_normals = None if mesh.normals_domain == "FACE" else _vectors(mesh.corner_normals, "vector", corner_count)
+    yield GO_ON
+    triangle_edges = _triangle_edges(triangle_corners, corner_edges, face_starts)
+    yield GO_ON
+    position: Any = mesh.attributes["position"]
     return Surface(
         positions=_vectors(position.data, "vector", len(mesh.vertices)),
         triangles=corner_vertices[triangle_corners],
         triangle_corners=triangle_corners,
-        triangle_faces=_ints(mesh.loop_triangle_polygons, "value", triangle_count),
-        triangle_edges=_triangle_edges(triangle_corners, corner_edges, face_starts),
+        triangle_faces=triangle_faces,
+        triangle_edges=triangle_edges,
         face_materials=_material_slots(mesh),
-        corner_normals=(
-            None if mesh.normals_domain == "FACE" else _vectors(mesh.corner_normals, "vector", corner_count)
-        ),
+        corner_normals=corner_normals,
         has_custom_normals=mesh.has_custom_normals,
         active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active else "",
         active_render_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),

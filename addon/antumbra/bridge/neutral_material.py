@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import bpy
+from .temporary import marked, remove
 
 # Layers that take from the diffuse light below them.
 _LAYERS = ("Specular IOR Level", "Coat Weight", "Sheen Weight", "Subsurface Weight")
@@ -44,13 +44,13 @@ class NeutralMaterials:
         """The neutral copy of a material."""
         uid = material.session_uid
         if uid not in self._material_by_uid:
-            self._material_by_uid[uid] = copy = material.copy()
+            self._material_by_uid[uid] = copy = marked(material.copy())
             self._neutralise(copy.node_tree)
         return self._material_by_uid[uid]
 
     def remove(self) -> None:
         """Delete all copies."""
-        bpy.data.batch_remove([*self._material_by_uid.values(), *self._tree_by_uid.values()])
+        remove([*self._material_by_uid.values(), *self._tree_by_uid.values()])
         self._material_by_uid.clear()
         self._tree_by_uid.clear()
 
@@ -70,7 +70,7 @@ class NeutralMaterials:
     def _neutral_tree(self, tree: Any) -> Any:
         uid = tree.session_uid
         if uid not in self._tree_by_uid:
-            self._tree_by_uid[uid] = copy = tree.copy()
+            self._tree_by_uid[uid] = copy = marked(tree.copy())
             self._neutralise(copy)
         return self._tree_by_uid[uid]
 

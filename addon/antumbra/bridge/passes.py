@@ -10,16 +10,17 @@ means over the faces become materials of the solver, as many as there are distin
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.face_samples import Samples, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
+from ..core.face_samples import Samples, cut, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
 from ..core.lights import Floats
+from ..core.pieces import GO_ON, TURN, Pieces
 from ..core.record import IntArray, Material, SceneRecord, name_list
 from .materials import MaterialReader
 from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_glass, has_metal
@@ -28,18 +29,26 @@ from .studio import Colours, Sitter, Studio, slots_of_faces
 # Samples over all surfaces of a scene, besides the three of every triangle: about a second of Cycles.
 SAMPLES = 300_000
 
-# Benches that Cycles sees at a time. It is told all of them anew for each, so more at a time take time in square, and
-# fewer take more of what each scene costs.
+# Benches in one studio. Cycles is told all of them anew each time it looks, so more take time in square, and fewer take
+# more of what each studio costs.
 _BATCH = 64
+
+# Samples that Cycles looks at in one go, and benches: each takes one to two hundredths of a second, which is what
+# somebody at the window may be kept waiting. Half as many take a third more time in all, and more save hardly any.
+_SAMPLES_AT_A_TIME = 6_000
+_BENCHES_AT_A_TIME = 4
 
 # A face varies when its colours deviate by more than this from their mean: a step of 8-bit colour in the light ones.
 _VARIES = 0.005
 
 
-def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> None:
+def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> Pieces[None]:
     """Give the faces of unreadable materials what Cycles sees on them, or their materials what has to do instead."""
     materials = {material.session_uid: material for material in bpy.data.materials}
-    sitters = _sitters(scene, reader, materials)
+    try:
+        sitters = _sitters(scene, reader, materials)
+    except KeyError:
+        raise ReferenceError("a material was deleted while the scene was read") from None
     if not sitters:
         return
     if not hasattr(bpy.types.Scene, "cycles"):
@@ -47,13 +56,17 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> No
         return
     neutral = NeutralMaterials(reader.metals_are_matte)
     varying: list[str] = []
+
+    def keep(sitter: Sitter, samples: Samples, colours: Colours) -> None:
+        face_materials, varies = _face_materials(scene, sitter, samples, colours, varying)
+        for index in sitter.records:
+            scene.objects[index] = replace(
+                scene.objects[index], face_materials=face_materials, varying_faces=varies if varies.any() else None
+            )
+
     try:
-        for sitter, samples, colours in _passes(sitters, neutral):
-            face_materials, varies = _face_materials(scene, sitter, samples, colours, varying)
-            for index in sitter.records:
-                scene.objects[index] = replace(
-                    scene.objects[index], face_materials=face_materials, varying_faces=varies if varies.any() else None
-                )
+        seats = yield from _seats(sitters)
+        yield from look_at(seats, neutral, keep)
     except RuntimeError as error:
         # Blender's own refusal: another render is running, or Cycles cannot start.
         scene.warnings.append(f"Cycles could not look at the materials ({str(error).strip()})")
@@ -108,31 +121,90 @@ def _do_without(sitters: list[Sitter], reader: MaterialReader) -> None:
             reader.do_without_passes(sitter.slot_materials[slot])
 
 
-def _passes(sitters: list[Sitter], neutral: NeutralMaterials) -> Iterator[tuple[Sitter, Samples, Colours]]:
-    """Each sitter's samples, and what the passes show there."""
-    yield from look_at(list(zip(sitters, _samples(sitters), strict=True)), neutral)
+Seat = tuple[Sitter, Samples]
+Keep = Callable[[Sitter, Samples, Colours], None]
 
 
-def look_at(
-    seats: list[tuple[Sitter, Samples]], neutral: NeutralMaterials
-) -> Iterator[tuple[Sitter, Samples, Colours]]:
-    """What the passes show at the samples of each sitter, whose numbers are their places in the list."""
+def look_at(seats: list[Seat], neutral: NeutralMaterials, keep: Keep) -> Pieces[None]:
+    """Hand over what the passes show at the samples of each sitter, whose numbers are their places in the list."""
     benches = _benches([sitter for sitter, _ in seats])
+    found: dict[int, Colours] = {}
     for first in range(0, len(benches), _BATCH):
-        with Studio(neutral) as studio:
-            for members in benches[first : first + _BATCH]:
-                studio.seat([seats[index] for index in members])
-            yield from studio.look()
+        studio = Studio(neutral)
+        try:
+            in_it = benches[first : first + _BATCH]
+            for members in in_it:
+                studio.furnish([seats[index][0] for index in members])
+            yield TURN
+            for parts in _in_turn([[seats[index] for index in members] for members in in_it]):
+                looked = studio.look([(part.bench, part.seated) for part in parts])
+                colours = yield from looked
+                for part, seen in zip(parts, colours, strict=True):
+                    _gather(part, seen, found, keep)
+                yield GO_ON
+        finally:
+            studio.remove()
+        yield TURN
 
 
-def _samples(sitters: list[Sitter]) -> Iterator[Samples]:
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A few samples of some who sit on one bench."""
+
+    bench: int
+    seated: list[Seat]
+    whole: list[Samples]
+    """All samples of each of them."""
+
+
+def _in_turn(benches: list[list[Seat]]) -> Iterator[list[_Part]]:
+    """All samples on all benches, as many at a time as may be looked at in one go."""
+    turn: list[_Part] = []
+    room = _SAMPLES_AT_A_TIME
+    for number, members in enumerate(benches):
+        seated: list[Seat] = []
+        whole: list[Samples] = []
+        for sitter, samples in members:
+            for part in cut(samples, _SAMPLES_AT_A_TIME // 3):
+                seated.append((sitter, part))
+                whole.append(samples)
+                room -= len(part.positions)
+                if room <= 0:
+                    yield [*turn, _Part(number, seated, whole)]
+                    turn, seated, whole, room = [], [], [], _SAMPLES_AT_A_TIME
+        if seated:
+            turn.append(_Part(number, seated, whole))
+        if len(turn) >= _BENCHES_AT_A_TIME:
+            yield turn
+            turn, room = [], _SAMPLES_AT_A_TIME
+    if turn:
+        yield turn
+
+
+def _gather(part: _Part, seen: list[Colours], found: dict[int, Colours], keep: Keep) -> None:
+    """Add what was seen to what is known of each sitter, and hand over what is complete."""
+    for (sitter, _), whole, colours in zip(part.seated, part.whole, seen, strict=True):
+        known = found.get(sitter.number)
+        together = colours if known is None else np.concatenate([known, colours])
+        if len(together) == len(whole.positions):
+            found.pop(sitter.number, None)
+            keep(sitter, whole, together)
+        else:
+            found[sitter.number] = together
+
+
+def _seats(sitters: list[Sitter]) -> Pieces[list[Seat]]:
     areas = [_sampled_area(sitter) for sitter in sitters]
     scale = [area_scale(sitter.world_from_object) for sitter in sitters]
+    yield GO_ON
     whole = sum(float(np.maximum(area, 0.0).sum()) * factor for area, factor in zip(areas, scale, strict=True))
     density = SAMPLES / whole if whole > 0.0 else 0.0
+    seats = []
     for sitter, area, factor in zip(sitters, areas, scale, strict=True):
         levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * factor), 0)
-        yield place_samples(sitter.surface, levels)
+        seats.append((sitter, place_samples(sitter.surface, levels)))
+        yield GO_ON
+    return seats
 
 
 def _benches(sitters: list[Sitter]) -> list[list[int]]:

@@ -94,7 +94,8 @@ class PreparedMeshes:
     def make(
         self, context: bpy.types.Context, scene_record: SceneRecord, solution: Solution, settings: Settings
     ) -> Iterator[None]:
-        """Make the meshes, as many between two yields as take a moment."""
+        """Make the meshes, as many between two yields as take a moment; those of an earlier try are gone."""
+        self.discard()
         left = list(reversed(solution.meshes))
         while left:
             end = time.perf_counter() + _SLICE_S

@@ -11,6 +11,7 @@ import antumbra_native
 from ..core.bake import Job, Progress, Solution
 from ..core.carry import BakedMesh
 from ..core.errors import BakeError, CancelledError, InputError, NoLightError, SettingError, SolverBugError
+from ..core.pieces import GO_ON, Pieces, at_once
 from ..core.record import AreaLight, PointLight, SceneRecord, Sun
 from ..core.reproduction import Calls
 from ..core.settings import Settings
@@ -29,16 +30,16 @@ _ERRORS: tuple[tuple[type[Exception], type[BakeError]], ...] = (
 )
 
 
-def start(scene: SceneRecord, settings: Settings) -> Job:
+def start(scene: SceneRecord, settings: Settings) -> Pieces[Job]:
     """Hand the scene over and start the solver in a thread of its own."""
     native = antumbra_native.Scene()
-    _tell(native, scene)
+    yield from _tell(native, scene)
     arguments = _arguments(settings)
     job = _translated(lambda: antumbra_native.start(native, **arguments))
     return _Job(job, scene, arguments)
 
 
-def _tell(native: antumbra_native.Scene, scene: SceneRecord) -> None:
+def _tell(native: antumbra_native.Scene, scene: SceneRecord) -> Pieces[None]:
     for material in scene.materials:
         native.add_material(
             material.name,
@@ -60,6 +61,7 @@ def _tell(native: antumbra_native.Scene, scene: SceneRecord) -> None:
             blocks=record.blocks,
             sends=record.sends,
         )
+        yield GO_ON
     for light in scene.lights:
         _add_light(native, light, scene)
     if scene.sky is not None:
@@ -149,7 +151,7 @@ class _Job:
     def _with_file(self, message: str) -> str:
         """The message with a file to report, if there is room for one."""
         calls = Calls()
-        _tell(cast("antumbra_native.Scene", calls), self._scene)
+        at_once(_tell(cast("antumbra_native.Scene", calls), self._scene))
         try:
             path = calls.save(self._arguments, message)
         except OSError:

@@ -7,7 +7,6 @@ object sit on one bench: one mesh that holds the samples of all of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,10 +18,12 @@ from numpy.typing import NDArray
 from ..core.carry import carry_attribute, carry_normals
 from ..core.face_samples import Samples
 from ..core.lights import Floats
+from ..core.pieces import GO_ON, Pieces
 from ..core.record import Attribute, IntArray, Surface
 from .attribute_types import write_attribute
 from .mesh_write import activate_uv_maps, write_faces, write_normals
 from .neutral_material import GENERATED, OBJECT, PLACED, NeutralMaterials, attributes_of, may_emit
+from .temporary import marked, remove
 
 _NAME = "Antumbra Pass"
 
@@ -91,6 +92,9 @@ class Sitter:
         ]
 
 
+Seated = tuple[Sitter, Samples]
+
+
 def slots_of_faces(surface: Surface, slots: int) -> IntArray:
     """(F,) slot of each face; what is out of range takes the last one, as in Blender."""
     return np.asarray(np.clip(surface.face_materials, 0, slots - 1), dtype=np.int32)
@@ -98,71 +102,118 @@ def slots_of_faces(surface: Surface, slots: int) -> IntArray:
 
 @dataclass(eq=False, slots=True)
 class _Bench:
-    """One object for Cycles, and who sits on it."""
+    """A place for sitters that can be looked at as one mesh."""
 
-    obj: Any
-    seated: list[tuple[Sitter, Samples]]
-    materials: list[Any] = field(default_factory=list)
+    first: Sitter
+    """One of them: what it has in common with the others is asked of it."""
+    materials: list[Any]
     """By slot."""
-    slots: dict[int, int] = field(default_factory=dict)
+    slots: dict[int, int]
     """By the materials' session_uid."""
+    neutral: Any
+    """The object whose diffuse colour is looked at."""
+    glowing: Any | None
+    """The one whose emission is looked at, where there may be any."""
 
     def slot(self, material: Any) -> int:
         """The slot of a material; any one for faces without, at which nobody looks."""
-        if material is None:
-            return 0
-        uid = material.session_uid
-        if uid not in self.slots:
-            self.slots[uid] = len(self.materials)
-            self.materials.append(material)
-        return self.slots[uid]
+        return 0 if material is None else self.slots[material.session_uid]
 
 
 class Studio:
-    """The scene; gone with everything in it at the end of the block."""
+    """The scene, to be removed with everything in it when all is seen.
 
-    _scene: Any
+    It is furnished before anything is looked at, since a new object or a material in a slot makes Blender go through
+    the relations of all objects of the user's scene too. What is looked at changes meshes only.
+    """
 
     def __init__(self, neutral: NeutralMaterials) -> None:
         self._neutral = neutral
         self._benches: list[_Bench] = []
+        self._datablocks: list[Any] = []
         self._taken = 0.0
-
-    def __enter__(self) -> Studio:
-        self._scene = bpy.data.scenes.new(_NAME)
+        self._scene: Any = marked(bpy.data.scenes.new(_NAME))
+        self._datablocks.append(self._scene)
         scene = self._scene
         # One sample on the processor: a colour has no noise, and a card would take longer to get ready.
         scene.render.engine = "CYCLES"
         scene.cycles.samples = 1
         scene.cycles.device = "CPU"
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        objects = [bench.obj for bench in self._benches]
-        meshes = [obj.data for obj in objects]
-        bpy.data.scenes.remove(self._scene)
-        bpy.data.batch_remove(objects)
-        bpy.data.batch_remove(meshes)
+    def remove(self) -> None:
+        remove(self._datablocks)
 
-    def seat(self, seated: list[tuple[Sitter, Samples]]) -> None:
-        """Put sitters of one bench into the scene, as one mesh of their samples."""
-        mesh: Any = bpy.data.meshes.new(_NAME)
-        obj: Any = bpy.data.objects.new(_NAME, mesh)
-        bench = _Bench(obj, seated)
-        self._benches.append(bench)
-        first = seated[0][0]
+    def furnish(self, sitters: list[Sitter]) -> None:
+        """Make a bench for these, with a slot for each material, whichever sitter's it is."""
+        by_uid = {m.session_uid: m for sitter in sitters for m in sitter.materials if m is not None}
+        materials = list(by_uid.values())
+        glows = any(map(may_emit, materials))
+        self._benches.append(
+            _Bench(
+                first=sitters[0],
+                materials=materials,
+                slots={uid: slot for slot, uid in enumerate(by_uid)},
+                neutral=self._object([self._neutral.of(material) for material in materials]),
+                glowing=self._object(materials) if glows else None,
+            )
+        )
+
+    def _object(self, materials: list[Any]) -> Any:
+        mesh: Any = marked(bpy.data.meshes.new(_NAME))
+        self._datablocks.append(mesh)
+        obj: Any = marked(bpy.data.objects.new(_NAME, mesh))
+        self._datablocks.append(obj)
+        for material in materials:
+            mesh.materials.append(material)
+        self._scene.collection.objects.link(obj)
+        return obj
+
+    def look(self, parts: list[tuple[int, list[Seated]]]) -> Pieces[list[list[Colours]]]:
+        """What Cycles sees of sitters on some of the benches, by the benches' numbers: of each at its samples."""
+        on = [(self._benches[number], seated) for number, seated in parts]
+        # Diffuse colour and opacity, without gloss
+        diffuse = self._look([(bench, bench.neutral, seated) for bench, seated in on], "DIFFUSE", {"COLOR"})
+
+        # Emission, of the materials as they are
+        glowing = [(bench, bench.glowing, seated) for bench, seated in on if bench.glowing is not None]
+        if glowing:
+            yield GO_ON
+        emitted = dict(
+            zip(map(id, (bench for bench, _, _ in glowing)), self._look(glowing, "EMIT", set()), strict=True)
+        )
+        together = []
+        for (bench, seated), colour in zip(on, diffuse, strict=True):
+            light = emitted[id(bench)][:, :3] if id(bench) in emitted else np.zeros_like(colour[:, :3])
+            found = np.concatenate([colour, light], axis=1)
+            ends = np.cumsum([len(samples.positions) for _, samples in seated])
+            together.append(np.split(found, ends[:-1]))
+        return together
+
+    def _look(self, seated: list[tuple[_Bench, Any, list[Seated]]], kind: str, parts: set[str]) -> list[Colours]:
+        """One pass at all samples of each bench."""
+        if not seated:
+            return []
+        self._taken = 0.0
+        for bench, obj, sitters in seated:
+            self._seat(bench, obj, sitters)
+        self._bake([obj for _, obj, _ in seated], kind, parts)
+        colours = [_colours(obj) for _, obj, _ in seated]
+        for _, obj, _ in seated:
+            # What others sit on is not in sight
+            obj.data.clear_geometry()
+        return colours
+
+    def _seat(self, bench: _Bench, obj: Any, seated: list[Seated]) -> None:
+        """Make the bench's mesh that of the samples."""
+        mesh, first = obj.data, bench.first
         positions = [_places(*each) for each in seated]
         if not first.depends_on:
             positions = _side_by_side(positions)
         write_faces(mesh, np.concatenate(positions), _joined_triangles(seated))
-
-        # A slot for each material, whichever sitter's it is
         slots = []
         for sitter, samples in seated:
             of_sitter = np.array([bench.slot(material) for material in sitter.materials], dtype=np.int32)
             slots.append(of_sitter[sitter.slots()[sitter.surface.triangle_faces[samples.source_triangle]]])
-        for _material in bench.materials:
-            mesh.materials.append(None)
         mesh.polygons.foreach_set("material_index", np.concatenate(slots))
 
         # What materials may ask for
@@ -187,34 +238,6 @@ class Studio:
             self._taken += 2.0 * width
             obj.location.x = self._taken
         mesh.update()
-        self._scene.collection.objects.link(obj)
-
-    def look(self) -> Iterator[tuple[Sitter, Samples, Colours]]:
-        """What Cycles sees at the samples of every sitter."""
-        # Diffuse colour and opacity, without gloss
-        self._dress(self._neutral.of)
-        self._bake([bench.obj for bench in self._benches], "DIFFUSE", {"COLOR"})
-        diffuse = [_colours(bench.obj) for bench in self._benches]
-
-        # Emission, of the materials as they are
-        self._dress(lambda material: material)
-        glowing = [bench for bench in self._benches if any(map(may_emit, bench.materials))]
-        if glowing:
-            self._bake([bench.obj for bench in glowing], "EMIT", set())
-        for bench, colour in zip(self._benches, diffuse, strict=True):
-            emitted = _colours(bench.obj)[:, :3] if bench in glowing else np.zeros_like(colour[:, :3])
-            found = np.concatenate([colour, emitted], axis=1)
-            start = 0
-            for sitter, samples in bench.seated:
-                end = start + len(samples.positions)
-                yield sitter, samples, found[start:end]
-                start = end
-
-    def _dress(self, of: Any) -> None:
-        """Give all slots their materials, or what stands for these."""
-        for bench in self._benches:
-            for slot, material in enumerate(bench.materials):
-                bench.obj.data.materials[slot] = of(material)
 
     def _bake(self, objects: list[Any], kind: str, parts: set[str]) -> None:
         """Let Cycles write one pass into the objects' colours."""
@@ -256,13 +279,13 @@ def _side_by_side(places: list[Floats]) -> list[Floats]:
     return moved
 
 
-def _joined_triangles(seated: list[tuple[Sitter, Samples]]) -> IntArray:
+def _joined_triangles(seated: list[Seated]) -> IntArray:
     count = sum(len(samples.triangles) for _, samples in seated)
     # Every triangle has corners of its own.
     return np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
 
 
-def _joined_layer(layer: Attribute, seated: list[tuple[Sitter, Samples]]) -> Attribute:
+def _joined_layer(layer: Attribute, seated: list[Seated]) -> Attribute:
     values = []
     for sitter, samples in seated:
         (own,) = (each for each in sitter.layers() if each.name == layer.name)

@@ -12,18 +12,20 @@ import numpy as np
 from ..core.bake import Solution
 from ..core.carry import BakedMesh
 from ..core.face_samples import Samples, sampling_levels
+from ..core.lights import Floats
+from ..core.pieces import GO_ON, Pieces
 from ..core.record import ObjectRecord, SceneRecord, name_list
 from ..core.settings import Settings
 from ..core.textures import ElementSamples, corner_values, element_areas, place_on_elements, show_texture
 from .neutral_material import NeutralMaterials, coordinates_of
 from .passes import SAMPLES, area_scale, look_at
-from .studio import Sitter
+from .studio import Colours, Sitter
 
 # Elements up to which each is looked at in four parts at least, so that what falls between three points is seen.
 _FEW_ELEMENTS = SAMPLES // 12
 
 
-def show_textures(scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
+def show_textures(scene: SceneRecord, solution: Solution, settings: Settings) -> Pieces[list[str]]:
     """Give the elements of faces whose colours vary their own colours; returns warnings."""
     textured = [mesh for mesh in solution.meshes if scene.objects[mesh.object].varying_faces is not None]
     if settings.quantity != "RADIOSITY" or not textured:
@@ -40,16 +42,24 @@ def show_textures(scene: SceneRecord, solution: Solution, settings: Settings) ->
         placed = place_on_elements(record.surface, mesh, levels)
         seats.append((_sitter(record, materials, len(seats)), placed.samples))
         meshes.append((mesh, placed))
+        yield GO_ON
     warnings = []
     if gone:
         warnings.append(
             f"materials were deleted while the light was computed; faces show their mean: {name_list(gone)}"
         )
     neutral = NeutralMaterials(settings.metals == "MATTE")
+
+    seen: dict[int, Floats] = {}
+
+    def keep(sitter: Sitter, _samples: Samples, colours: Colours) -> None:
+        seen[sitter.number] = corner_values(meshes[sitter.number][1], colours)
+
     try:
-        for sitter, _, colours in look_at(seats, neutral):
-            mesh, placed = meshes[sitter.number]
-            _show(scene, mesh, placed, corner_values(placed, colours))
+        yield from look_at(seats, neutral, keep)
+        # All in one go: what is left off half-way begins anew, and light would be multiplied twice
+        for number, corners in seen.items():
+            _show(scene, *meshes[number], corners)
     except RuntimeError as error:
         # Blender's own refusal: another render is running, or Cycles cannot start.
         warnings.append(f"Cycles could not look at the textures, and faces show their mean ({str(error).strip()})")

@@ -19,6 +19,13 @@ def _show(_group: Any, context: bpy.types.Context) -> None:
         show(context.scene)
 
 
+def _redraw(_group: Any, _context: bpy.types.Context) -> None:
+    # A click draws everything anew; a script that sets a property does not.
+    from .running import redraw_viewports
+
+    redraw_viewports()
+
+
 class AntumbraView(PropertyGroup):
     """How the bakes of a scene are shown in its viewports."""
 
@@ -66,11 +73,19 @@ class AntumbraView(PropertyGroup):
             ),
             ("ELEMENTS", "Elements", "Every edge of the mesh, those on lines in their colours"),
         ],
+        update=_redraw,
     )
     live_preview: BoolProperty(
         name="Live Preview",
         description="While a bake runs, draw its mesh and light over the originals in the viewport after each stage",
         default=True,
+        update=_redraw,
+    )
+    error_curve: BoolProperty(
+        name="Error Curve",
+        description="Draw into the viewport's corner how the error of the last bake fell with the seconds that it took",
+        default=False,
+        update=_redraw,
     )
 
 

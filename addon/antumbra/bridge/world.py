@@ -14,12 +14,13 @@ import bpy
 import numpy as np
 
 from ..core.lights import Floats
+from ..core.pieces import Pieces
 from ..core.record import SceneRecord, Sky
 from .materials import constant_colour, constant_float, linked_node, uses_nodes
 from .world_render import rendered_cube
 
 
-def read_world(world: bpy.types.World | None, scene: SceneRecord) -> None:
+def read_world(world: bpy.types.World | None, scene: SceneRecord) -> Pieces[None]:
     """Add the background to the scene, unless it is black."""
     if world is None or not _lights_surfaces(world):
         return
@@ -28,7 +29,7 @@ def read_world(world: bpy.types.World | None, scene: SceneRecord) -> None:
         radiance = np.broadcast_to(colour, (6, 1, 1, 3))
     else:
         try:
-            radiance = rendered_cube(world)
+            radiance = yield from rendered_cube(world)
         except (RuntimeError, TypeError) as error:
             reason = "Backgrounds that Cycles cannot render here are left out"
             scene.lights_left_out.setdefault(f"{reason} ({str(error).strip()})", []).append(world.name)

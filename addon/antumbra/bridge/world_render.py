@@ -12,6 +12,8 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.lights import Floats
+from ..core.pieces import TURN, Pieces
+from .temporary import marked, remove
 
 # Cells along each side of a face: 0.2 to 0.4 degrees, less than the sun. With fewer, a sun that is part of the
 # background would be a blurred one; more cost time for borders of shadows that few skies draw.
@@ -28,26 +30,29 @@ _SAMPLES_OF_BRIGHT = 1024
 _MARGIN = 2
 
 
-def rendered_cube(world: bpy.types.World) -> Floats:
+def rendered_cube(world: bpy.types.World) -> Pieces[Floats]:
     """Mean radiance of the cells (6, N, N, 3) of a cube: face 2a + s towards +a or -a; see the solver's set_sky.
 
     Raises RuntimeError or TypeError where Cycles is not there to render it.
     """
     images_before = {image.name for image in bpy.data.images}
-    scene = bpy.data.scenes.new("Antumbra world")
-    camera = bpy.data.cameras.new("Antumbra world")
-    viewer = bpy.data.objects.new("Antumbra world", camera)
+    scene = marked(bpy.data.scenes.new("Antumbra world"))
+    camera = marked(bpy.data.cameras.new("Antumbra world"))
+    viewer = marked(bpy.data.objects.new("Antumbra world", camera))
     try:
         with tempfile.TemporaryDirectory() as folder:
             _prepare(scene, viewer, world, Path(folder) / "face.exr")
-            faces = np.stack([_face(scene, viewer, face, _SAMPLES) for face in range(6)])
-            _sharpen(scene, viewer, faces)
+            faces = np.empty((6, _CELLS, _CELLS, 3))
+            for face in range(6):
+                yield TURN
+                faces[face] = _face(scene, viewer, face, _SAMPLES)
+            yield from _sharpen(scene, viewer, faces)
     finally:
-        bpy.data.objects.remove(viewer)
-        bpy.data.cameras.remove(camera)
-        bpy.data.scenes.remove(scene)
+        remove([scene])
+        remove([viewer, camera])
         # The first render of all makes one for its result.
-        for image in [image for image in bpy.data.images if image.name not in images_before]:
+        results = [image for image in bpy.data.images if image.type == "RENDER_RESULT"]
+        for image in [image for image in results if image.name not in images_before]:
             bpy.data.images.remove(image)
     return faces
 
@@ -95,7 +100,7 @@ def _face(scene: Any, viewer: bpy.types.Object, face: int, samples: int) -> Floa
     return picture[:, ::-1] if mirrored else picture
 
 
-def _sharpen(scene: Any, viewer: bpy.types.Object, faces: Floats) -> None:
+def _sharpen(scene: Any, viewer: bpy.types.Object, faces: Floats) -> Pieces[None]:
     """Render what is much brighter than the mean with more samples."""
     brightness = faces.max(axis=-1)
     limit = _BRIGHT * brightness.mean()
@@ -105,6 +110,7 @@ def _sharpen(scene: Any, viewer: bpy.types.Object, faces: Floats) -> None:
         rows, columns = np.nonzero(brightness[face] > limit)
         if not len(rows):
             continue
+        yield TURN
         top, bottom = min(rows.max() + 1 + _MARGIN, _CELLS), max(rows.min() - _MARGIN, 0)
         left, right = max(columns.min() - _MARGIN, 0), min(columns.max() + 1 + _MARGIN, _CELLS)
         ends = (_CELLS - right, _CELLS - left) if face % 2 == 0 else (left, right)

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any, Protocol
 
 from .carry import BakedMesh
 from .errors import BakeError, InputError, MemoryShortageError, NoLightError
 from .memory import free_bytes
+from .pieces import Pieces, at_once
 from .preflight import bytes_text, estimate
 from .record import SceneRecord
 from .report import Timings, assemble
@@ -56,8 +57,8 @@ class Job(Protocol):
 class Host(Protocol):
     """The program whose scene is baked. Its verbs leave it as it was when they raise."""
 
-    def read(self, settings: Settings) -> SceneRecord: ...
-    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[None]:
+    def read(self, settings: Settings) -> Pieces[SceneRecord]: ...
+    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[object]:
         """Make what write() will put into the scene, a piece between two yields; the scene does not change yet."""
 
     def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
@@ -74,29 +75,35 @@ _POLL_S = 0.02
 class Bake:
     """One bake. `begin` reads and starts, `finish` writes; in between the host is free to go on.
 
-    Once the job is done, `prepare` may do most of the writing in pieces, so that the host need not wait for all of it.
+    `beginning` does the same as `begin` in pieces. Once the job is done, `prepare` may do most of the writing in
+    pieces, so that the host need not wait for all of it.
     """
 
-    def __init__(self, host: Host, start: Callable[[SceneRecord, Settings], Job], settings: Settings) -> None:
+    def __init__(self, host: Host, start: Callable[[SceneRecord, Settings], Pieces[Job]], settings: Settings) -> None:
         self._host = host
         self._start = start
         self._settings = settings
         self._solution: Solution | None = None
         self._refusal: BakeError | None = None
+        self._job: Job | None = None
         self._write_s = 0.0
 
     def begin(self) -> None:
         """Read the scene and start the solver."""
+        at_once(self.beginning())
+
+    def beginning(self) -> Pieces[None]:
+        """Read the scene and start the solver; may be left off and begun anew."""
         self._settings.validate()
         self._cpu_start = time.process_time()
         read_start = time.perf_counter()
-        self._scene = self._host.read(self._settings)
+        self._scene = yield from self._host.read(self._settings)
         if not any(record.receives for record in self._scene.objects):
             raise InputError("there is nothing to bake: no receiving mesh object has a face with area")
         self._refuse_what_memory_cannot_hold()
-        self._read_s = time.perf_counter() - read_start
         self._solve_start = time.perf_counter()
-        self._job = self._start(self._scene, self._settings)
+        self._read_s = self._solve_start - read_start
+        self._job = yield from self._start(self._scene, self._settings)
 
     def _refuse_what_memory_cannot_hold(self) -> None:
         """Memory that runs out ends the whole program: what is known to need more than there is must not begin."""
@@ -109,7 +116,8 @@ class Bake:
 
     @property
     def job(self) -> Job:
-        """The solver at work."""
+        """The solver at work, once the bake has begun."""
+        assert self._job is not None
         return self._job
 
     @property
@@ -124,21 +132,22 @@ class Bake:
 
     def wait(self, watch: Callable[[Progress], None] | None = None) -> None:
         """Block until the solver is done, showing its progress to `watch`."""
-        while not self._job.done():
+        while not self.job.done():
             if watch is not None:
-                watch(self._job.progress())
+                watch(self.job.progress())
             time.sleep(_POLL_S)
 
     def abandon(self) -> None:
         """Cancel the solver and wait until its thread has ended."""
-        self._job.cancel()
-        try:
-            self._take()
-        except BakeError:
-            pass  # Whatever it ended with, nobody waits for it any more.
+        if self._job is not None:
+            self._job.cancel()
+            try:
+                self._take()
+            except BakeError:
+                pass  # Whatever it ended with, nobody waits for it any more.
         self._host.discard()
 
-    def prepare(self) -> Iterator[None]:
+    def prepare(self) -> Generator[None, None, None]:
         """Take the solution and make its meshes, a piece between two yields; raises BakeError when there is none."""
         pieces = self._host.prepare(self._scene, self._take(), self._settings)
         while True:
@@ -169,7 +178,7 @@ class Bake:
             raise self._refusal
         if self._solution is None:
             try:
-                self._solution = self._job.result()
+                self._solution = self.job.result()
             except NoLightError as error:
                 self._refusal = NoLightError(self._explain_darkness(str(error)))
                 raise self._refusal from None

@@ -8,6 +8,7 @@ seam of a texture, and all count alike. A small triangle through these nodes is 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +60,23 @@ def place_samples(surface: Surface, levels: IntArray) -> Samples:
     """Samples on the triangles of a surface; levels (T,), 0 for triangles that nobody looks at."""
     source, barycentric = nodes_by_level(levels)
     return small_triangles(surface, source, barycentric)
+
+
+def cut(samples: Samples, most: int) -> Iterator[Samples]:
+    """The same in their order, at most so many small triangles at a time."""
+    for first in range(0, len(samples.triangles), most):
+        chosen = slice(first, first + most)
+        corners = slice(3 * first, 3 * (first + most))
+        count = len(samples.triangles[chosen])
+        yield Samples(
+            positions=samples.positions[corners],
+            vertex_source_triangle=samples.vertex_source_triangle[corners],
+            vertex_barycentric=samples.vertex_barycentric[corners],
+            triangles=np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+            source_triangle=samples.source_triangle[chosen],
+            corner_barycentric=samples.corner_barycentric[chosen],
+            source_edge=samples.source_edge[chosen],
+        )
 
 
 def nodes_by_level(levels: IntArray) -> tuple[IntArray, Floats]:

@@ -33,28 +33,59 @@ class Axis:
     text: Callable[[float], str]
 
 
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A linear x axis from 0, and a logarithmic y axis whose foot is 0 where something is."""
+
+    right: float
+    low: float
+    high: float
+    has_zero: bool
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """From 0 to 1 along both axes."""
+        share = (math.log10(max(y, self.low)) - math.log10(self.low)) / (math.log10(self.high) - math.log10(self.low))
+        return x / self.right, share
+
+    def x_ticks(self) -> list[float]:
+        return _round_steps(self.right)
+
+    def y_ticks(self) -> list[tuple[float, float]]:
+        """Where grid lines are, and what is written there."""
+        foot = [(self.low, 0.0)] if self.has_zero else []
+        return foot + [(value, value) for value in _ticks(self.low, self.high) if not foot or value > 1.5 * self.low]
+
+
+def scale_of(lines: Sequence[Line]) -> Scale | None:
+    """One that holds all lines; None where there is nothing to show."""
+    values = [y for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends))]
+    shown = [y for y in values if y > 0.0]
+    if not shown:
+        return None
+    low, high = _decades(shown)
+    has_zero = any(y <= 0.0 for y in values)
+    right = max((x for line in lines for x in line.xs), default=0.0) or 1.0
+    return Scale(right, low / 10.0 if has_zero else low, high, has_zero)
+
+
 def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
     """An SVG of lines over a linear x axis from 0 and a logarithmic y axis, whose foot is 0 where something is."""
-    shown = [y for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends)) if y > 0.0]
-    if not shown:
+    scale = scale_of(lines)
+    if scale is None:
         return "<p>Nothing to plot.</p>"
-    low, high = _decades(shown)
-    has_zero = any(y <= 0.0 for line in lines for y in (*line.ys, *(end for ends in line.band for end in ends)))
-    if has_zero:
-        low /= 10.0
-    right = max((x for line in lines for x in line.xs), default=0.0) or 1.0
+    low = scale.low
 
     def place(x: float, y: float) -> tuple[float, float]:
-        share = (math.log10(max(y, low)) - math.log10(low)) / (math.log10(high) - math.log10(low))
-        return _LEFT + x / right * (WIDTH - _LEFT - _RIGHT), HEIGHT - _BOTTOM - share * (HEIGHT - _TOP - _BOTTOM)
+        across, up = scale.place(x, y)
+        return _LEFT + across * (WIDTH - _LEFT - _RIGHT), HEIGHT - _BOTTOM - up * (HEIGHT - _TOP - _BOTTOM)
 
     parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(y_axis.title)}">']
-    for value in _ticks(low, high):
+    for value, written_as in scale.y_ticks():
         _, y = place(0.0, value)
         parts.append(f'<line class="grid" x1="{_LEFT}" x2="{WIDTH - _RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        written = y_axis.text(0.0 if has_zero and value < 1.5 * low else value)
+        written = y_axis.text(written_as)
         parts.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{escape(written)}</text>')
-    for value in _round_steps(right):
+    for value in scale.x_ticks():
         x, _ = place(value, low)
         parts.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="{_TOP}" y2="{HEIGHT - _BOTTOM}"/>')
         parts.append(

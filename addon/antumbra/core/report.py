@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,14 +69,14 @@ def assemble(settings: Settings, solver_report: str, timings: Timings, warnings:
 _KNOWN_SHARE, _KNOWN_S = 0.05, 2.0
 
 
-def remaining_text(fraction: float, elapsed_s: float) -> str:
+def remaining_text(fraction: float, elapsed_s: float, translated: Callable[[str], str] = str) -> str:
     """How long the rest takes if it goes on like this, for people; empty while that cannot be told."""
     if fraction < _KNOWN_SHARE or elapsed_s < _KNOWN_S or fraction >= 1.0:
         return ""
     seconds = elapsed_s * (1.0 - fraction) / fraction
     if seconds < 90.0:
-        return f"{max(5 * round(seconds / 5.0), 5)} s left"
-    return f"{round(seconds / 60.0)} min left"
+        return translated("{} s left").format(max(5 * round(seconds / 5.0), 5))
+    return translated("{} min left").format(round(seconds / 60.0))
 
 
 def sentence(text: str) -> str:

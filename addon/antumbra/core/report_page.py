@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
+from .error_curve import ERROR, TIME, error_lines
 from .plots import Axis, Line, Mark, plot, scatter
 from .report import error_text
 
@@ -79,30 +80,17 @@ def _outcome(report: dict[str, Any]) -> Iterable[tuple[str, str]]:
 
 
 def _plots(timeline: list[dict[str, Any]]) -> Iterable[str]:
-    time = Axis("seconds", lambda x: f"{x:g}")
-    told = [step for step in timeline if step["error"] is not None]
-    if told:
-        errors = [step["error"] for step in told]
-        line = Line(
-            "verified error",
-            [step["time_s"] for step in told],
-            [error for error, _, _ in errors],
-            [(low, high) for _, low, high in errors],
+    errors = error_lines(timeline)
+    if errors:
+        yield _figure(
+            plot(errors, TIME, ERROR),
+            "Error of what was there, with its 95 % interval where it was verified, against time",
         )
-        guessed = [step for step in timeline if step["estimated"] is not None]
-        estimate = Line(
-            "the solver's own estimate",
-            [step["time_s"] for step in guessed],
-            [step["estimated"] for step in guessed],
-        )
-        axis = Axis("error, share of the mean light", lambda y: f"{100.0 * y:g} %")
-        drawing = plot([line, estimate] if guessed else [line], time, axis)
-        yield _figure(drawing, "Verified error of what was there, with its 95 % interval, against time")
     times = [step["time_s"] for step in timeline]
     counts = [Line(name, times, [float(step[name]) for step in timeline]) for name in ("elements", "vertices")]
-    yield _figure(plot(counts, time, Axis("count", lambda y: f"{y:,.0f}")), "Size of the mesh against time")
+    yield _figure(plot(counts, TIME, Axis("count", lambda y: f"{y:,.0f}")), "Size of the mesh against time")
     unshot = Line("unshot light", times, [step["unshot"] for step in timeline])
-    drawing = plot([unshot], time, Axis("share of all light", lambda y: f"{100.0 * y:g} %"))
+    drawing = plot([unshot], TIME, Axis("share of all light", lambda y: f"{100.0 * y:g} %"))
     yield _figure(drawing, "Share of all light that had not arrived yet, against time")
 
 

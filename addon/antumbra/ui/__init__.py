@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a user meets Antumbra: the panels, the Object menu and the status bar."""
 
-from . import keys, menu, object_panel, overlay, panel, status_bar, translations, view_panel
+from . import curve, keys, menu, object_panel, overlay, panel, status_bar, translations, view_panel
 
 
 def register() -> None:
@@ -12,11 +12,13 @@ def register() -> None:
     menu.register()
     status_bar.register()
     overlay.register()
+    curve.register()
     keys.register()
 
 
 def unregister() -> None:
     keys.unregister()
+    curve.unregister()
     overlay.unregister()
     status_bar.unregister()
     menu.unregister()

@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import blf
 import bpy
 import gpu
 import numpy as np
-from gpu_extras.batch import batch_for_shader
+from bpy.app.translations import pgettext_iface as translated
 from mathutils import Matrix
 from numpy.typing import NDArray
 
@@ -24,6 +23,7 @@ from ..bridge.view_properties import view_of
 from ..core.carry import LINE
 from ..core.colours import srgb_encoded
 from ..core.view import false_colours, legend
+from .drawing import TEXT_SIZE, batch, draw_box, write
 
 KINDS = (
     ("Elements", (0.55, 0.55, 0.55, 0.6)),
@@ -38,7 +38,10 @@ KINDS = (
 _NEARER = 2e-5
 
 # Of the legend, in pixels at scale 1.
-_BAR_WIDTH, _BAR_HEIGHT, _MARGIN, _TEXT_SIZE = 220, 12, 24, 11
+_BAR_WIDTH, _BAR_HEIGHT, _MARGIN = 220, 12, 24
+
+# Pieces of a stage that are handed to the graphics card in one drawing, with some milliseconds each.
+_PIECES_A_DRAWING = 2
 
 _handles: list[Any] = []
 
@@ -48,10 +51,12 @@ class _Batch:
     """Something on the graphics card, and what it was made of."""
 
     made_of: object
-    batch: Any
+    drawn: Any
 
 
-_live: _Batch | None = None
+_live: list[_Batch] = []
+_coming: list[_Batch] = []
+"""Batches of the stage that is drawn, and of the next one, which is drawn when it has all of them."""
 _lines: dict[tuple[int, str], _Batch] = {}
 
 
@@ -79,17 +84,26 @@ def _draw_in_space() -> None:
 
 
 def _draw_live(scene: bpy.types.Scene) -> None:
-    global _live
-    triangles = running.live_triangles(scene)
-    if triangles is None:
-        _live = None
+    global _live, _coming
+    stage = running.live_stage(scene)
+    if not stage:
+        _live, _coming = [], []
         return
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
-    if _live is None or _live.made_of is not triangles:
-        positions, colours = triangles
-        _live = _Batch(triangles, _batch(shader, "TRIS", pos=positions, color=colours))
+    if not _live or _live[0].made_of is not stage[0]:
+        if _coming and _coming[0].made_of is not stage[0]:
+            _coming = []
+        for piece in stage[len(_coming) : len(_coming) + _PIECES_A_DRAWING]:
+            positions, colours = piece
+            _coming.append(_Batch(piece, batch(shader, "TRIS", pos=positions, color=colours)))
+        if len(_coming) == len(stage):
+            _live, _coming = _coming, []
+        elif not bpy.app.timers.is_registered(running.redraw_viewports):
+            # While something is drawn nothing can be asked to be drawn again.
+            bpy.app.timers.register(running.redraw_viewports, first_interval=0.0)
     gpu.state.depth_mask_set(True)
-    _live.batch.draw(shader)
+    for each in _live:
+        each.drawn.draw(shader)
     gpu.state.depth_mask_set(False)
 
 
@@ -110,19 +124,14 @@ def _draw_lines(scene: bpy.types.Scene, overlay: str) -> None:
         known = _lines.get(key)
         if known is None or known.made_of != made_of:
             known = _lines[key] = _Batch(made_of, _batch_of_lines(shader, mesh, overlay))
-        if known.batch is not None:
+        if known.drawn is not None:
             gpu.matrix.push()
             gpu.matrix.multiply_matrix(obj.matrix_world)
-            known.batch.draw(shader)
+            known.drawn.draw(shader)
             gpu.matrix.pop()
     for key in [key for key in _lines if key not in seen]:
         del _lines[key]
     gpu.state.blend_set("NONE")
-
-
-def _batch(shader: Any, kind: Any, **attributes: Any) -> Any:
-    # Blender's types know no numpy arrays, which are what it takes fastest.
-    return batch_for_shader(shader, kind, attributes)
 
 
 def _batch_of_lines(shader: Any, mesh: Any, overlay: str) -> Any:
@@ -140,7 +149,7 @@ def _batch_of_lines(shader: Any, mesh: Any, overlay: str) -> Any:
         return None
     chosen = chosen[np.argsort(kinds[chosen], kind="stable")]
     colours = np.array([colour for _, colour in KINDS], dtype=np.float32)
-    return _batch(
+    return batch(
         shader,
         "LINES",
         pos=positions.reshape(-1, 3)[ends.reshape(-1, 2)[chosen].reshape(-1)],
@@ -166,39 +175,20 @@ def _draw_legends() -> None:
         y += 3.5 * _BAR_HEIGHT * scale
     if view.overlay != "NONE":
         for name, colour in KINDS if view.overlay == "ELEMENTS" else KINDS[1:]:
-            _draw_box(x, y, 18 * scale, 2 * scale, colour)
-            _write(x + 26 * scale, y - 4 * scale, name, scale)
-            y += 1.6 * _TEXT_SIZE * scale
+            draw_box(x, y, 18 * scale, 2 * scale, colour)
+            write(x + 26 * scale, y - 4 * scale, translated(name), scale)
+            y += 1.6 * TEXT_SIZE * scale
 
 
 def _draw_scale(x: float, y: float, scale: float, end: float, unit: str) -> None:
     steps = 64
     width, height = _BAR_WIDTH * scale, _BAR_HEIGHT * scale
-    top = y + 1.5 * _TEXT_SIZE * scale
+    top = y + 1.5 * TEXT_SIZE * scale
     colours = srgb_encoded(false_colours(np.linspace(0.0, 1.0, steps), 1.0))
     for step in range(steps):
-        _draw_box(x + width * step / steps, top, width / steps + 1, height, (*colours[step].tolist(), 1.0))
+        draw_box(x + width * step / steps, top, width / steps + 1, height, (*colours[step].tolist(), 1.0))
     for place, text in legend(end, unit):
-        _write(x + place * width - 4 * scale, y, text, scale)
-
-
-def _draw_box(x: float, y: float, width: float, height: float, colour: tuple[float, ...]) -> None:
-    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
-    batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=((0, 1, 2), (0, 2, 3)))
-    shader.uniform_float("color", colour)
-    batch.draw(shader)
-
-
-def _write(x: float, y: float, text: str, scale: float) -> None:
-    font = 0
-    blf.size(font, _TEXT_SIZE * scale)
-    blf.color(font, 1.0, 1.0, 1.0, 1.0)
-    blf.enable(font, blf.SHADOW)
-    blf.shadow(font, 3, 0.0, 0.0, 0.0, 1.0)
-    blf.position(font, x, y, 0.0)
-    blf.draw(font, text)
-    blf.disable(font, blf.SHADOW)
+        write(x + place * width - 4 * scale, y, text, scale)
 
 
 def register() -> None:
@@ -211,9 +201,9 @@ def register() -> None:
 
 
 def unregister() -> None:
-    global _live
     space: Any = bpy.types.SpaceView3D
     while _handles:
         space.draw_handler_remove(_handles.pop(), "WINDOW")
-    _live = None
+    _live.clear()
+    _coming.clear()
     _lines.clear()

@@ -11,6 +11,7 @@ import bpy
 from ..bridge import preflight, running
 from ..bridge.properties import settings_of, state_of
 from ..bridge.surroundings import scene_of
+from ..bridge.view_properties import view_of
 from ..core.preflight import estimate_texts
 from ..core.presets import PRESETS, preset_of
 from ..core.report import sentence
@@ -20,6 +21,7 @@ from ..operators import (
     ANTUMBRA_OT_preset,
     ANTUMBRA_OT_remove_bake,
     ANTUMBRA_OT_select_finding,
+    ANTUMBRA_OT_show_light,
     ANTUMBRA_OT_show_report,
 )
 from .status_bar import draw_progress
@@ -50,7 +52,9 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
             if running.last_report is not None:
-                layout.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
+                row = layout.row(align=True)
+                row.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
+                row.prop(view_of(scene_of(context)), "error_curve", icon="FCURVE", toggle=True)
         column = _property_column(layout)
         column.prop(settings, "receivers")
         preset = preset_of(settings_of(scene_of(context)))
@@ -60,6 +64,8 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         label = "Custom" if preset is None else PRESETS[preset].label
         row.operator_menu_enum(ANTUMBRA_OT_preset.bl_idname, "preset", text=label)
         if any(state_of(obj).role != "NONE" for obj in scene_of(context).objects):
+            # Without it a viewport shows nothing of the light, and a new user believes that nothing happened
+            layout.operator(ANTUMBRA_OT_show_light.bl_idname, icon="SHADING_SOLID")
             layout.operator(ANTUMBRA_OT_remove_bake.bl_idname, icon="TRASH")
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as translated
 
 from ..bridge import running
 from ..core.bake import Progress
@@ -26,7 +27,7 @@ def draw_progress(row: Any, width_units: float = 0.0) -> None:
     if progress is None:
         return
     waiting = running.waiting_for()
-    text = waiting or _progress_text(progress)
+    text = translated(waiting) if waiting else _progress_text(progress)
     bar = row.row()
     # What a finished bake waits for takes a whole sentence.
     bar.ui_units_x = width_units + 3 if width_units and waiting else width_units
@@ -38,9 +39,9 @@ def draw_progress(row: Any, width_units: float = 0.0) -> None:
 
 def _progress_text(progress: Progress) -> str:
     if running.is_ending():
-        return "Ending"
-    left = remaining_text(progress.fraction, running.elapsed_s())
-    return f"{progress.fraction:.0%} {progress.stage}" + (f", {left}" if left else "")
+        return translated("Ending")
+    left = remaining_text(progress.fraction, running.elapsed_s(), translated)
+    return f"{progress.fraction:.0%} {translated(progress.stage)}" + (f", {left}" if left else "")
 
 
 def register() -> None:

@@ -10,7 +10,7 @@ import bpy
 from ..bridge.properties import state_of
 from ..bridge.surroundings import scene_of
 from ..bridge.view_properties import view_of
-from ..operators import ANTUMBRA_OT_make_export_ready, ANTUMBRA_OT_show_light
+from ..operators import ANTUMBRA_OT_make_export_ready
 
 
 class _AfterBake:
@@ -42,7 +42,6 @@ class ANTUMBRA_PT_view(_AfterBake, bpy.types.Panel):
             column.prop(view, "exposure")
         elif view.mode == "FALSE_COLOURS":
             column.prop(view, "range_end")
-        layout.operator(ANTUMBRA_OT_show_light.bl_idname, icon="SHADING_SOLID")
 
 
 class ANTUMBRA_PT_export(_AfterBake, bpy.types.Panel):

@@ -10,7 +10,8 @@ use crate::venv::Venv;
 use crate::{extension, files, tree};
 
 /// What the tutorial shows.
-const PICTURES: [&str; 5] = ["check.png", "running.png", "baked.png", "lines.png", "false-colours.png"];
+const PICTURES: [&str; 6] =
+    ["check.png", "running.png", "baked.png", "lines.png", "false-colours.png", "error-curve.png"];
 
 /// Options of the task.
 #[derive(Args)]
