@@ -200,3 +200,48 @@ fn a_room_of_single_precision_far_away_closes() {
         });
     }
 }
+
+/// How far a room of 8 m with a polygon in it is from closed.
+fn defect_beside(polygon: &[[f64; 3]], position: [f64; 3], normal: [f64; 3]) -> f64 {
+    let polygon = ConvexPolygon::new(&polygon.iter().map(|&v| v.into()).collect::<Vec<_>>());
+    let enclosure = Solid::cube().map(|corner| 4.0 * corner);
+    let mut room = Room { polygons: enclosure.polygons(), enclosure, opaque: Vec::new() };
+    room.polygons.extend(polygon);
+    let receiver = Receiver::new(position.into(), DVec3::from(normal).normalize());
+    (room.closure(&receiver, &mut Scratch::new()) - 1.0).abs()
+}
+
+/// Whatever is seen must not lie in another plane through the receiver: this once hid nothing and was seen all the same.
+#[test]
+fn a_point_beside_a_plane_by_less_than_what_counts_as_on_it_closes() {
+    let polygon = [
+        [-0.75, 1.0, 1.0],
+        [0.249_999_999_999_2, -1.0, -1.0],
+        [-8.000_267_115_448_878e-13, -3.0, -3.0],
+        [-1.0, -1.0, -1.0],
+    ];
+    let defect = defect_beside(&polygon, [-0.500_000_000_001_07, 0.25, 0.249_999_999_998_93], [0.0, -1.0, -1.0]);
+    assert!(defect < TOLERANCE, "{defect:e}");
+    for height in [1e-13, 5e-13, 1e-12, 2e-12, 5e-12, 1e-11, 1e-9] {
+        let square = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+        for normal in [[0.0, 1.0, 1.0], [0.0, 1.0, -1.0], [1.0, 0.0, 0.0]] {
+            let defect = defect_beside(&square, [0.3, 0.3, height], normal);
+            // Just above what counts as on it, the walls at its height do still.
+            assert!(defect < 1e-10, "{defect:e} at {height:e} m");
+        }
+    }
+}
+
+/// The plane through an edge that passes a hundred-millionth of a metre beside the receiver: by its farther end, it lost
+/// seven digits.
+#[test]
+fn an_edge_that_passes_beside_the_receiver_closes() {
+    let polygon = [
+        [1.0, 1.0, 0.414_062_499_863_575_8],
+        [-0.75, -1.0, -0.5],
+        [-2.25, -2.5, -1.914_062_499_863_575_8],
+        [-0.5, -0.5, -1.0],
+    ];
+    let defect = defect_beside(&polygon, [-0.5, -0.499_999_99, -1.0], [-1.0, -1.0, 1.0]);
+    assert!(defect < TOLERANCE, "{defect:e}");
+}

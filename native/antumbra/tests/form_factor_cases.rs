@@ -337,6 +337,24 @@ fn a_receiver_in_the_corner_of_a_sliver_sees_a_number() {
     assert!((0.0..=1.0).contains(&unoccluded_form_factor(&point, &sliver)));
 }
 
+/// The same in the corner of another: in the plane of a face as well as that is known, whose rounded corners turn it, a
+/// receiver sees nothing of it. It once filled a twentieth of the hemisphere, the more the more stood before it.
+#[test]
+fn a_receiver_in_the_corner_of_a_sliver_is_in_its_plane() {
+    let sliver = polygon(&[
+        DVec3::new(-1.0, 0.0, -1.8e-7),
+        DVec3::new(-0.750_000_000_000_12, -0.749_999_54, -0.749_999_54),
+        DVec3::new(-0.499_999_540_000_120_04, -1.499_999_08, -1.499_998_9),
+        DVec3::splat(-0.749_999_54),
+    ]);
+    let normal = DVec3::new(-0.514_495_5, -0.514_495_9, -0.685_994_4).normalize();
+    let point = Receiver::new(DVec3::splat(-0.749_999_54), normal);
+    assert_eq!(unoccluded_form_factor(&point, &sliver), 0.0);
+    // Of a sliver that stands before it it sees what there is.
+    let before = moved(&sliver, |vertex| vertex - 0.1 * DVec3::Z);
+    assert!(unoccluded_form_factor(&point, &before) > 0.0);
+}
+
 /// A lattice of more holes than the guard allows is refused, and says what it can.
 #[test]
 fn too_many_fragments_are_refused() {

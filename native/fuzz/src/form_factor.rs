@@ -10,6 +10,36 @@ use crate::bytes::Bytes;
 /// Rounding of a sum over some hundred fragments.
 const ROUNDING: f64 = 1e-12;
 
+/// Of its distance, by which a point may be off a plane and count as on it.
+const SNAP: f64 = 1e-12;
+
+/// What may be wrong with light at most, however near an edge passes the receiver: ten million executions found 1.3e-7.
+const MOST: f64 = 1e-5;
+
+/// What may be wrong with light past these: an edge whose ends are off by `SNAP` of their distance, where it passes the
+/// receiver, as an angle.
+fn snapped<'a>(receiver: &Receiver, polygons: impl Iterator<Item = &'a ConvexPolygon> + Clone) -> f64 {
+    let farthest = polygons.clone().flat_map(ConvexPolygon::vertices).map(|v| v.distance(receiver.position));
+    let farthest = farthest.fold(0.0, f64::max);
+    let nearest = polygons.map(|polygon| distance(polygon, receiver.position)).filter(|d| *d > SNAP * farthest);
+    (SNAP * farthest / nearest.fold(farthest, f64::min)).min(MOST)
+}
+
+/// From a point to the nearest of a polygon.
+fn distance(polygon: &ConvexPolygon, point: DVec3) -> f64 {
+    let vertices = polygon.vertices();
+    let above = polygon.normal().dot(point - vertices[0]);
+    let edges = || vertices.iter().zip(vertices.iter().cycle().skip(1));
+    if edges().all(|(a, b)| (b - a).cross(point - a).dot(polygon.normal()) >= 0.0) {
+        return above.abs();
+    }
+    let to_edge = |(a, b): (&DVec3, &DVec3)| {
+        let along = ((point - a).dot(b - a) / a.distance_squared(*b)).clamp(0.0, 1.0);
+        point.distance(a.lerp(*b, along))
+    };
+    edges().map(to_edge).fold(f64::INFINITY, f64::min)
+}
+
 /// Between 0 and what is there without blockers, never more with one more of them, and the same in any order.
 pub fn form_factor(bytes: &[u8]) {
     let mut bytes = Bytes::new(bytes);
@@ -38,15 +68,13 @@ pub fn form_factor(bytes: &[u8]) {
     assert_eq!(again.expect("it was simple before"), seen);
     if candidates.pop().is_some() {
         let fewer = visible_form_factor(&receiver, &source, &blockers, &candidates, &mut scratch);
+        let rounding = ROUNDING + snapped(&receiver, blockers.iter().chain([&source]));
         assert!(
-            fewer.is_err() || fewer.is_ok_and(|fewer| seen.value <= fewer.value + ROUNDING),
+            fewer.is_err() || fewer.is_ok_and(|fewer| seen.value <= fewer.value + rounding),
             "{seen:?} of {fewer:?}"
         );
     }
 }
-
-/// Metres in a room of 8 m, where points within 1e-12 of their distance lie on a plane.
-const NEARLY: f64 = 1e-10;
 
 /// Half the side of the room; polygons reach to 3.
 const ROOM: f64 = 4.0;
@@ -58,9 +86,6 @@ pub fn closure(bytes: &[u8]) {
     let count = bytes.up_to(6);
     let mut polygons: Vec<ConvexPolygon> = (0..count).filter_map(|_| bytes.polygon()).collect();
     let overlap = may_overlap(&polygons);
-    if polygons.iter().any(|polygon| nearly_touches(polygon, &receiver)) {
-        return;
-    }
     polygons.extend(walls());
     let candidates: Vec<u32> = (0..polygons.len() as u32).collect();
     let mut scratch = Scratch::new();
@@ -70,16 +95,10 @@ pub fn closure(bytes: &[u8]) {
         let Ok(seen) = seen else { return };
         sum += seen.value;
     }
-    assert!(sum >= 1.0 - 1e-9, "{:e} of the light is lost", 1.0 - sum);
+    let rounding = ROUNDING + snapped(&receiver, polygons.iter());
+    assert!(sum >= 1.0 - rounding, "{:e} of the light is lost, beyond {rounding:e}", 1.0 - sum);
     // What lies in one plane hides none of it, and counts twice where it overlaps.
-    assert!(overlap || sum <= 1.0 + 1e-9, "{:e} too much", sum - 1.0);
-}
-
-/// Whether a receiver is off a polygon's plane by less than is told from lying on it: what is so near may be seen and yet
-/// hide nothing.
-fn nearly_touches(polygon: &ConvexPolygon, receiver: &Receiver) -> bool {
-    let distance = polygon.normal().dot(polygon.centroid() - receiver.position).abs();
-    distance > 0.0 && distance < NEARLY
+    assert!(overlap || sum <= 1.0 + rounding, "{:e} too much, beyond {rounding:e}", sum - 1.0);
 }
 
 fn walls() -> impl Iterator<Item = ConvexPolygon> {

@@ -7,6 +7,8 @@ use std::ops::Range;
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use super::polygon::ConvexPolygon;
+
 /// Distance below which a point lies *on* a plane, relative to its distance from the receiver.
 ///
 /// Where polygons are coplanar, touch or share vertices, the true distance is 0 and the computed one is rounding,
@@ -56,13 +58,14 @@ impl Plane {
     /// The half-space to the left of the edge from `a` to `b` (world space), seen from the receiver; `None` when the
     /// edge is a point.
     ///
-    /// Computed from the endpoints in lexicographic order, so that two polygons that share an edge get the same
-    /// plane to the last bit and nothing leaks between them, and from the edge's own vector, so that an edge that is
-    /// short or far away has its direction without cancellation.
+    /// Computed from the nearer endpoint, at equal distances from the lexicographically first, so that two polygons that
+    /// share an edge get the same plane to the last bit and nothing leaks between them; and from the edge's own vector.
+    /// An edge that is short, far away, or passes beside the receiver has its direction without cancellation.
     pub(super) fn through_edge(receiver: DVec3, a: DVec3, b: DVec3) -> Option<Self> {
-        let ordered = (a.x, a.y, a.z) < (b.x, b.y, b.z);
-        let (first, second) = if ordered { (a, b) } else { (b, a) };
-        let normal = (first - receiver).cross(second - first);
+        let (to_a, to_b) = (a - receiver, b - receiver);
+        let (near, far) = (to_a.length_squared(), to_b.length_squared());
+        let ordered = near < far || (near == far && (a.x, a.y, a.z) < (b.x, b.y, b.z));
+        let normal = if ordered { to_a.cross(b - a) } else { to_b.cross(a - b) };
         let size = normal.abs().element_sum();
         let scale = if ordered { 1.0 / size } else { -1.0 / size };
         // With |normal|₁ = 1 a height is at most the point's largest coordinate, to which it is snapped.
@@ -96,11 +99,19 @@ impl Plane {
     }
 }
 
-/// Distance along `normal` from the receiver to a plane through `point` (relative to the receiver); exactly 0 when
-/// the receiver lies on it.
-pub(super) fn plane_distance(normal: DVec3, point: DVec3, world: f64) -> f64 {
-    let distance = normal.dot(point);
-    let on_plane = distance.abs() <= SNAP * point.abs().max_element() + SNAP_WORLD * world;
+/// How much farther than [`SNAP`] of a polygon's size a receiver is from it before it sees it.
+///
+/// A polygon that it sees must not be one that lies on another plane through the receiver, or it hides nothing of what it
+/// covers. Over the polygon, the receiver is its height above a mean of the corners, so that where all of these are snapped
+/// the height is at most `SNAP` of the farthest, times √3, by which the L₁ norm of a normal exceeds its length.
+const SEEN: f64 = 2.0;
+
+/// Distance along a polygon's normal from the receiver to its plane; exactly 0 when the receiver lies on it, by what the
+/// plane itself is known to. `world`: the largest coordinate involved.
+pub(super) fn plane_distance(polygon: &ConvexPolygon, receiver: DVec3, world: f64) -> f64 {
+    let distance = polygon.normal().dot(polygon.vertices()[0] - receiver);
+    let farthest = (polygon.centroid() - receiver).abs().max_element() + polygon.radius();
+    let on_plane = distance.abs() <= (SEEN * SNAP + polygon.tilt()) * farthest + SNAP_WORLD * world;
     if on_plane { 0.0 } else { distance }
 }
 

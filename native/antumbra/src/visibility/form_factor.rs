@@ -64,7 +64,7 @@ impl SeenSource {
     /// `None` when that is nothing or the receiver lies in the source's plane.
     pub(super) fn look(receiver: &Receiver, source: &ConvexPolygon, outline: &mut Outline) -> Option<Self> {
         let world = source.extent().max(receiver.position.abs().max_element());
-        let distance = plane_distance(source.normal(), source.vertices()[0] - receiver.position, world);
+        let distance = plane_distance(source, receiver.position, world);
         if distance == 0.0 {
             return None;
         }
@@ -111,12 +111,14 @@ impl SeenSource {
         let mut area_vector = DVec3::ZERO;
         let mut rest = 0.0;
         let mut from = outline[outline.len() - 1].point;
+        let mut from2 = from.length_squared();
         for to in outline.iter().map(|vertex| vertex.point) {
-            let edge = to - from;
-            let normal = from.cross(edge);
+            let (edge, to2) = (to - from, to.length_squared());
+            // From the nearer end, or an edge that passes beside the receiver loses its direction.
+            let normal = if from2 < to2 { from.cross(edge) } else { to.cross(edge) };
             area_vector += (from - origin).cross(edge);
             rest += (angle_ratio(normal, from.dot(to)) - common) * self.receiver_normal.dot(normal);
-            from = to;
+            (from, from2) = (to, to2);
         }
         (common * self.receiver_normal.dot(area_vector) + rest) / std::f64::consts::TAU
     }

@@ -134,7 +134,7 @@ impl Suspect {
             return None;
         }
         let world = polygon.extent().max(receiver.position.abs().max_element());
-        let distance = plane_distance(polygon.normal(), corners[0].point, world);
+        let distance = plane_distance(polygon, receiver.position, world);
         if distance == 0.0 {
             return None;
         }
@@ -218,7 +218,7 @@ fn stands_before(
     let target = Vertex::new(target);
     let vertices = polygon.vertices();
     let world = polygon.extent().max(receiver.abs().max_element());
-    let distance = plane_distance(polygon.normal(), vertices[0] - receiver, world);
+    let distance = plane_distance(polygon, receiver, world);
     if distance == 0.0 || Plane::beyond(polygon.normal(), distance, world).side(&target) <= 0.0 {
         return false;
     }

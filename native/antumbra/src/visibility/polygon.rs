@@ -40,6 +40,10 @@ pub struct ConvexPolygon {
     area: f64,
     /// Largest absolute coordinate: the scale of the rounding that the vertices carry.
     extent: f64,
+    /// Largest distance of a vertex from the centroid.
+    radius: f64,
+    /// What the normal is known to, radians: of a sliver, whose vertices' rounding turns it, little.
+    tilt: f64,
 }
 
 impl ConvexPolygon {
@@ -80,7 +84,19 @@ impl ConvexPolygon {
         let normal = area_vector / area;
         let first_moment: DVec3 = fan().map(|(a, b)| (a + b) * (normal.dot(a.cross(b)) / 6.0)).sum();
 
-        Some(Self { vertices: distinct, normal, centroid: origin + first_moment / area, area, extent })
+        let centroid = origin + first_moment / area;
+        let radius = distinct.iter().map(|vertex| vertex.distance(centroid)).fold(0.0, f64::max);
+
+        Some(Self {
+            vertices: distinct,
+            normal,
+            centroid,
+            area,
+            extent,
+            radius,
+            // Over the least width, which is at least the area over the diameter
+            tilt: rounding * diameter / area,
+        })
     }
 
     /// The triangle `abc`; `None` when it has no area.
@@ -101,7 +117,7 @@ impl ConvexPolygon {
     pub(crate) fn moved(&self, by: DVec3) -> Self {
         let vertices: SmallVec<[DVec3; 4]> = self.vertices.iter().map(|&vertex| vertex + by).collect();
         let extent = vertices.iter().map(|vertex| vertex.abs().max_element()).fold(0.0, f64::max);
-        Self { vertices, normal: self.normal, centroid: self.centroid + by, area: self.area, extent }
+        Self { vertices, centroid: self.centroid + by, extent, ..*self }
     }
 
     /// The outline, counter-clockwise about [`Self::normal`], metres.
@@ -127,6 +143,16 @@ impl ConvexPolygon {
     /// Largest absolute coordinate, metres.
     pub(super) fn extent(&self) -> f64 {
         self.extent
+    }
+
+    /// Largest distance of a vertex from the centroid, metres.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// What the normal is known to, radians, at most 1.
+    pub(super) fn tilt(&self) -> f64 {
+        self.tilt
     }
 }
 
