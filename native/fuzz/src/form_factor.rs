@@ -68,7 +68,10 @@ pub fn form_factor(bytes: &[u8]) {
     assert_eq!(again.expect("it was simple before"), seen);
     if candidates.pop().is_some() {
         let fewer = visible_form_factor(&receiver, &source, &blockers, &candidates, &mut scratch);
-        let rounding = ROUNDING + snapped(&receiver, blockers.iter().chain([&source]));
+        // Where a blocker's plane meets the source's is known to what is snapped over the angle between them.
+        let angle = |blocker: &ConvexPolygon| blocker.normal().cross(source.normal()).length();
+        let angle = blockers.iter().map(angle).filter(|angle| *angle > SNAP).fold(1.0, f64::min);
+        let rounding = ROUNDING + (snapped(&receiver, blockers.iter().chain([&source])) / angle).min(MOST);
         assert!(
             fewer.is_err() || fewer.is_ok_and(|fewer| seen.value <= fewer.value + rounding),
             "{seen:?} of {fewer:?}"

@@ -72,11 +72,13 @@ impl Plane {
         (size > 0.0).then(|| Self::through_receiver(normal * scale))
     }
 
-    /// The half-space beyond a plane that does not hold the receiver. `distance` is that plane's distance from it
-    /// along `normal`, of either sign; `world` the largest coordinate involved.
-    pub(super) fn beyond(normal: DVec3, distance: f64, world: f64) -> Self {
-        let snap = SNAP * distance.abs() + SNAP_WORLD * world;
-        Self { normal: normal * distance.signum(), offset: -distance.abs(), snap }
+    /// The half-space beyond a polygon whose plane does not hold the receiver. `distance` is [`plane_distance`], `world`
+    /// the largest coordinate involved.
+    ///
+    /// What lies off the plane by no more than the polygon's own vertices may lies on it: a sliver hides nothing of itself.
+    pub(super) fn beyond(polygon: &ConvexPolygon, distance: f64, world: f64) -> Self {
+        let snap = SNAP * distance.abs() + SNAP_WORLD * world + 2.0 * polygon.tilt() * polygon.radius();
+        Self { normal: polygon.normal() * distance.signum(), offset: -distance.abs(), snap }
     }
 
     /// The complement.

@@ -55,8 +55,8 @@ pub(super) struct SeenSource {
     normal: DVec3,
     /// Distance of the source's plane from the receiver, above 0.
     distance: f64,
-    /// The largest coordinate of source and receiver.
-    world: f64,
+    /// The half-space on the receiver's side of the source's plane.
+    nearer: Plane,
 }
 
 impl SeenSource {
@@ -79,13 +79,13 @@ impl SeenSource {
             receiver_normal: receiver.normal,
             normal: source.normal() * distance.signum(),
             distance: distance.abs(),
-            world,
+            nearer: Plane::beyond(source, distance, world).flipped(),
         })
     }
 
     /// The half-space on the receiver's side of the source's plane.
     pub(super) fn nearer(&self) -> Plane {
-        Plane::beyond(self.normal, self.distance, self.world).flipped()
+        self.nearer
     }
 
     /// Form factor from the receiver to a fragment of the source.

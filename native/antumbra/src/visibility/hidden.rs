@@ -138,7 +138,7 @@ impl Suspect {
         if distance == 0.0 {
             return None;
         }
-        let beyond = Plane::beyond(polygon.normal(), distance, world);
+        let beyond = Plane::beyond(polygon, distance, world);
         let (any_beyond, any_nearer) = beyond.sides(source);
         if !any_beyond {
             return None;
@@ -219,7 +219,7 @@ fn stands_before(
     let vertices = polygon.vertices();
     let world = polygon.extent().max(receiver.abs().max_element());
     let distance = plane_distance(polygon, receiver, world);
-    if distance == 0.0 || Plane::beyond(polygon.normal(), distance, world).side(&target) <= 0.0 {
+    if distance == 0.0 || Plane::beyond(polygon, distance, world).side(&target) <= 0.0 {
         return false;
     }
     let mut from = vertices[vertices.len() - 1];
