@@ -425,7 +425,7 @@ impl<'a> Solver<'a> {
             return Ok(DisplayMesh::Tessellated(mesh));
         };
         let shared_samples = mesh.samples.len();
-        let levels = subdivide_to(&mut mesh, world, sizes.element);
+        let levels = subdivide_to(&mut mesh, world, sizes.element, self.settings.element_size > 0.0);
         let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
         Ok(DisplayMesh::Quartered(Quartering { world, mesh, deepest, shared_samples }))
     }

@@ -220,7 +220,8 @@ fn a_point_beside_a_plane_by_less_than_what_counts_as_on_it_closes() {
         [-8.000_267_115_448_878e-13, -3.0, -3.0],
         [-1.0, -1.0, -1.0],
     ];
-    let defect = defect_beside(&polygon, [-0.500_000_000_001_07, 0.25, 0.249_999_999_998_93], [0.0, -1.0, -1.0]);
+    let defect =
+        defect_beside(&polygon, [-0.500_000_000_001_07, 0.25, 0.249_999_999_998_93], [0.0, -1.0, -1.0]);
     assert!(defect < TOLERANCE, "{defect:e}");
     for height in [1e-13, 5e-13, 1e-12, 2e-12, 5e-12, 1e-11, 1e-9] {
         let square = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];

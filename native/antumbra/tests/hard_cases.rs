@@ -6,7 +6,7 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use antumbra::settings::{Method, Settings};
+use antumbra::settings::{Method, Settings, Transport};
 use antumbra::weld::Bake;
 use common::Random;
 use common::baked::{all_light, assert_sound, corners};
@@ -163,6 +163,44 @@ fn slivers_that_receive_and_block() {
     let slivers: Vec<Shape> = (0..18).map(|i| sliver(widths[i % widths.len()])).collect();
     scene.object("slivers", all_of(slivers), 0);
     assert_bakes(&scene);
+}
+
+/// A scene of hairs and nothing else, each half a metre long and a hundredth of a millimetre wide: squares of their area are
+/// so small that their length was once cut to a thousandth, and each of these in four.
+#[test]
+fn a_scene_of_nothing_but_hairs() {
+    let mut scene = Scene::default();
+    let grey = scene.material(0.5, 0.0);
+    let hair = |i: u32| {
+        let corner = DVec3::new(0.01 * f64::from(i), 0.0, 0.0);
+        Shape::quad(corner, DVec3::X * 1e-5, DVec3::Y * 0.5)
+    };
+    scene.object("hairs", all_of((0..2).map(hair)), grey);
+    scene.light(&lamp(DVec3::new(0.0, 0.2, 1.0), 0.2), 20.0);
+    for transport in [Transport::Hierarchical, Transport::Rays] {
+        for method in [Method::Adm, Method::As] {
+            let bake = scene.bake(&Settings { transport, tolerance: 0.3, verify_points: 0, ..by(method) });
+            assert_sound(&scene.input, &bake);
+            let elements = bake.report.result.transport.elements;
+            assert!(elements < 1_000_000, "{transport:?}, {method:?}: {elements} patches");
+            assert!(all_light(&bake).all(|light| light.y > 0.0), "{transport:?}, {method:?}: one is dark");
+        }
+    }
+}
+
+/// What is baked shows no light at all: no error relative to that is small enough, and all links there can be were once made.
+#[test]
+fn what_shows_no_light_makes_few_links() {
+    let mut scene = Scene::default();
+    let (black, grey) = (scene.material(0.0, 0.0), scene.material(0.5, 0.0));
+    scene.object("black", Shape::square(DVec3::Z, 1.0), black);
+    scene.blocker("floor", Shape::square(DVec3::ZERO, 2.0), grey);
+    scene.blocker("wall", Shape::quad(DVec3::new(-2.0, -2.0, 0.0), DVec3::Y * 4.0, DVec3::Z * 2.0), grey);
+    scene.light(&lamp(DVec3::new(0.3, 0.1, 3.0), 0.3), 20.0);
+    let bake = scene.bake(&by(Method::Adm));
+    assert!(all_light(&bake).all(|light| light == DVec3::ZERO));
+    let links = bake.report.result.transport.links;
+    assert!(links < 100_000, "{links} links");
 }
 
 /// A soup of triangles that share vertices, slivers among them, over a floor.

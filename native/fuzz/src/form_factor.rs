@@ -13,16 +13,35 @@ const ROUNDING: f64 = 1e-12;
 /// Of its distance, by which a point may be off a plane and count as on it.
 const SNAP: f64 = 1e-12;
 
-/// What may be wrong with light at most, however near an edge passes the receiver: ten million executions found 1.3e-7.
-const MOST: f64 = 1e-5;
+/// Of a room's size, by which a vertex may be off: what the solver takes coordinates to be rounded to.
+const ROUNDED: f64 = 8.0 * f64::EPSILON;
+
+/// What may be wrong with light at most, however near an edge passes the receiver: ten million executions found 1e-7, and
+/// 8e-5 a ten-millionth of a metre beside slivers as narrow.
+const MOST: f64 = 1e-3;
 
 /// What may be wrong with light past these: an edge whose ends are off by `SNAP` of their distance, where it passes the
-/// receiver, as an angle.
-fn snapped<'a>(receiver: &Receiver, polygons: impl Iterator<Item = &'a ConvexPolygon> + Clone) -> f64 {
-    let farthest = polygons.clone().flat_map(ConvexPolygon::vertices).map(|v| v.distance(receiver.position));
-    let farthest = farthest.fold(0.0, f64::max);
-    let nearest = polygons.map(|polygon| distance(polygon, receiver.position)).filter(|d| *d > SNAP * farthest);
-    (SNAP * farthest / nearest.fold(farthest, f64::min)).min(MOST)
+/// receiver, as an angle; and where two planes meet at a small angle, which is known to `SNAP` over that angle, or to what a
+/// sliver's normal is known to.
+fn snapped(receiver: &Receiver, polygons: &[&ConvexPolygon]) -> f64 {
+    let corners = polygons.iter().flat_map(|polygon| polygon.vertices());
+    let farthest = corners.map(|corner| corner.distance(receiver.position)).fold(0.0, f64::max);
+    let nearest = (polygons.iter().map(|polygon| distance(polygon, receiver.position)))
+        .filter(|distance| *distance > SNAP * farthest)
+        .fold(farthest, f64::min);
+    let angle = |(i, a): (usize, &&ConvexPolygon)| {
+        let angles = polygons[..i].iter().map(|b| a.normal().cross(b.normal()).length());
+        angles.filter(|angle| *angle > SNAP).fold(1.0, f64::min)
+    };
+    let least_angle = polygons.iter().enumerate().map(angle).fold(1.0, f64::min);
+    let tilt = |polygon: &&ConvexPolygon| ROUNDED * 2.0 * ROOM * diameter(polygon) / polygon.area();
+    let known = polygons.iter().map(tilt).fold(SNAP, f64::max);
+    (known * farthest / nearest / least_angle).min(MOST)
+}
+
+fn diameter(polygon: &ConvexPolygon) -> f64 {
+    let from = |a: DVec3| polygon.vertices().iter().map(move |b| a.distance(*b));
+    polygon.vertices().iter().flat_map(|a| from(*a)).fold(0.0, f64::max)
 }
 
 /// From a point to the nearest of a polygon.
@@ -68,10 +87,8 @@ pub fn form_factor(bytes: &[u8]) {
     assert_eq!(again.expect("it was simple before"), seen);
     if candidates.pop().is_some() {
         let fewer = visible_form_factor(&receiver, &source, &blockers, &candidates, &mut scratch);
-        // Where a blocker's plane meets the source's is known to what is snapped over the angle between them.
-        let angle = |blocker: &ConvexPolygon| blocker.normal().cross(source.normal()).length();
-        let angle = blockers.iter().map(angle).filter(|angle| *angle > SNAP).fold(1.0, f64::min);
-        let rounding = ROUNDING + (snapped(&receiver, blockers.iter().chain([&source])) / angle).min(MOST);
+        let all: Vec<&ConvexPolygon> = blockers.iter().chain([&source]).collect();
+        let rounding = ROUNDING + snapped(&receiver, &all);
         assert!(
             fewer.is_err() || fewer.is_ok_and(|fewer| seen.value <= fewer.value + rounding),
             "{seen:?} of {fewer:?}"
@@ -98,7 +115,7 @@ pub fn closure(bytes: &[u8]) {
         let Ok(seen) = seen else { return };
         sum += seen.value;
     }
-    let rounding = ROUNDING + snapped(&receiver, polygons.iter());
+    let rounding = ROUNDING + snapped(&receiver, &polygons.iter().collect::<Vec<_>>());
     assert!(sum >= 1.0 - rounding, "{:e} of the light is lost, beyond {rounding:e}", 1.0 - sum);
     // What lies in one plane hides none of it, and counts twice where it overlaps.
     assert!(overlap || sum <= 1.0 + rounding, "{:e} too much, beyond {rounding:e}", sum - 1.0);

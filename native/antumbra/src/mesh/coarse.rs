@@ -48,10 +48,16 @@ impl Sizes {
 /// it, but a strip is not worth hundreds of squares of its width.
 const LONGEST_PATCH: f64 = 4.0;
 
+/// Area, in squares of the size that is wanted, below which an element is not cut for its length alone. Its quarters are half
+/// as long, but four: a hair of half a metre in a scene of hairs, each a thousandth of a millimetre wide, became a million
+/// elements. Elements are at most so many times four more than squares of the size would be.
+const LEAST_AREA: f64 = 1.0 / 16.0;
+
 /// Cuts the roots into patches: elements of about the area of a square of the given size. In order.
 pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64) -> Vec<ElementId> {
     let fits = |mesh: &Mesh, element: &Element| {
-        (2.0 * element.area).sqrt() <= size && longest_edge(mesh, element) <= LONGEST_PATCH * size
+        element.area <= LEAST_AREA * size * size
+            || ((2.0 * element.area).sqrt() <= size && longest_edge(mesh, element) <= LONGEST_PATCH * size)
     };
     let mut patches = Vec::new();
     let mut open: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).rev().collect();
@@ -70,13 +76,16 @@ pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64) -> Vec<ElementId> {
     patches
 }
 
-/// Subdivides the faces of what is baked until no edge is longer than `size`. Returns the level of each face that
-/// this takes.
-pub(crate) fn subdivide_to(mesh: &mut Mesh, world: &World, size: f64) -> Vec<u8> {
+/// Subdivides the faces of what is baked until no edge is longer than `size`; of slivers, unless the user wants that size,
+/// not all the way. Returns the level of each face that this takes.
+pub(crate) fn subdivide_to(mesh: &mut Mesh, world: &World, size: f64, wanted: bool) -> Vec<u8> {
     let level = |face: FaceId| {
         let [a, b, c] = world.corners(&world.faces[face.index()]);
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        (longest / size).log2().ceil().clamp(0.0, f64::from(DEEPEST_COARSE)) as u8
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let short = (longest / size).log2().ceil();
+        let small = if wanted { f64::INFINITY } else { (area / (LEAST_AREA * size * size)).log2() / 2.0 };
+        short.min(small.ceil()).clamp(0.0, f64::from(DEEPEST_COARSE)) as u8
     };
     let levels: Vec<u8> = FaceId::range(0..world.faces.len())
         .map(|face| if world.receives(face) { level(face) } else { 0 })

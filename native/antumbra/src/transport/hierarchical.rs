@@ -42,7 +42,7 @@ const MOST_ROUNDS: usize = 3;
 const SETTLED: f64 = 1.1;
 
 /// Links that memory has room for: 400 MB of them, and as much for their making.
-const MOST_LINKS: usize = 6_000_000;
+const MOST_LINKS: usize = if cfg!(fuzzing) { 20_000 } else { 6_000_000 };
 
 /// Share of the wanted error over all baked surfaces that a single link may make: for an estimate, and for good. Links to
 /// one element err alike where a neighbour shades it, so that a thousand of them make the wanted error only at a
@@ -107,8 +107,12 @@ impl<'a> Hierarchical<'a> {
             caught: Vec::new(),
         };
         // As if all surfaces got the same of what is sent
-        this.mean_shown =
-            this.mean_of(&vec![emitters.power.abs() / world.surface_area(); this.hierarchy.nodes.len()]);
+        let even = emitters.power.abs() / world.surface_area();
+        this.mean_shown = this.mean_of(&vec![even; this.hierarchy.nodes.len()]);
+        if this.mean_shown == 0.0 {
+            // What is black shows none of it, however much that is.
+            this.mean_shown = even.element_sum() / 3.0;
+        }
         this.gather_direct(None, ends)?;
         this.propagate(&this.reflected_direct());
         // What is shown may get none of it directly
@@ -291,7 +295,11 @@ impl<'a> Hierarchical<'a> {
     }
 
     fn take_over_solution(&mut self) {
-        self.mean_shown = self.mean_of(&self.system.irradiance());
+        // What shows no light at all gives no scale: relative to it, no error would be small enough.
+        let mean = self.mean_of(&self.system.irradiance());
+        if mean != 0.0 {
+            self.mean_shown = mean;
+        }
         self.propagate(&self.system.radiosity());
     }
 

@@ -36,7 +36,7 @@ use crate::visibility::{ConvexPolygon, Receiver, grey};
 
 /// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
 /// by its faces anyway.
-const PATCHES: f64 = 20_000.0;
+const PATCHES: f64 = if cfg!(fuzzing) { 200.0 } else { 20_000.0 };
 
 /// Edge of the smallest part of a patch that reaches into a crevice, in patches.
 const SMALLEST: f64 = 1.0 / 16.0;

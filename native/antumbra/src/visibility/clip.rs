@@ -75,9 +75,9 @@ impl Plane {
     /// The half-space beyond a polygon whose plane does not hold the receiver. `distance` is [`plane_distance`], `world`
     /// the largest coordinate involved.
     ///
-    /// What lies off the plane by no more than the polygon's own vertices may lies on it: a sliver hides nothing of itself.
+    /// What lies off the plane by no more than the polygon's own vertices lies on it: a sliver hides nothing of itself.
     pub(super) fn beyond(polygon: &ConvexPolygon, distance: f64, world: f64) -> Self {
-        let snap = SNAP * distance.abs() + SNAP_WORLD * world + 2.0 * polygon.tilt() * polygon.radius();
+        let snap = SNAP * distance.abs() + SNAP_WORLD * world + polygon.unevenness();
         Self { normal: polygon.normal() * distance.signum(), offset: -distance.abs(), snap }
     }
 
@@ -108,12 +108,13 @@ impl Plane {
 /// the height is at most `SNAP` of the farthest, times √3, by which the L₁ norm of a normal exceeds its length.
 const SEEN: f64 = 2.0;
 
-/// Distance along a polygon's normal from the receiver to its plane; exactly 0 when the receiver lies on it, by what the
-/// plane itself is known to. `world`: the largest coordinate involved.
+/// Distance along a polygon's normal from the receiver to its plane; exactly 0 when the receiver lies on it as well as the
+/// polygon's own vertices do. `world`: the largest coordinate involved.
 pub(super) fn plane_distance(polygon: &ConvexPolygon, receiver: DVec3, world: f64) -> f64 {
     let distance = polygon.normal().dot(polygon.vertices()[0] - receiver);
     let farthest = (polygon.centroid() - receiver).abs().max_element() + polygon.radius();
-    let on_plane = distance.abs() <= (SEEN * SNAP + polygon.tilt()) * farthest + SNAP_WORLD * world;
+    let tilt = polygon.unevenness() / polygon.radius();
+    let on_plane = distance.abs() <= (SEEN * SNAP + tilt) * farthest + SNAP_WORLD * world;
     if on_plane { 0.0 } else { distance }
 }
 

@@ -8,7 +8,8 @@
 //! polygon → clip → form_factor → (filters) → hidden
 //! ```
 //!
-//! **Guaranteed.** In any enclosure the visible form factors of all polygons from any point sum to 1 within 1e-12.
+//! **Guaranteed.** In any enclosure the visible form factors of all polygons from any point sum to 1 within 1e-12, times how
+//! much farther than the nearest polygon that the point does not lie on the farthest is.
 //! Blockers that share an edge, given by the same two vertices, leak nothing between them. Scaling the scene
 //! changes nothing; so does the order of the candidates. Nothing is allocated once a [`Scratch`] has grown.
 //!

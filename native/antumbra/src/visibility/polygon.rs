@@ -42,8 +42,9 @@ pub struct ConvexPolygon {
     extent: f64,
     /// Largest distance of a vertex from the centroid.
     radius: f64,
-    /// What the normal is known to, radians: of a sliver, whose vertices' rounding turns it, little.
-    tilt: f64,
+    /// Largest distance of a vertex from the plane through the first: of a sliver, whose vertices' rounding turns the
+    /// normal, more than rounding.
+    unevenness: f64,
 }
 
 impl ConvexPolygon {
@@ -86,17 +87,10 @@ impl ConvexPolygon {
 
         let centroid = origin + first_moment / area;
         let radius = distinct.iter().map(|vertex| vertex.distance(centroid)).fold(0.0, f64::max);
+        let heights = distinct.iter().map(|vertex| normal.dot(vertex - origin).abs());
+        let unevenness = heights.fold(0.0, f64::max);
 
-        Some(Self {
-            vertices: distinct,
-            normal,
-            centroid,
-            area,
-            extent,
-            radius,
-            // Over the least width, which is at least the area over the diameter
-            tilt: rounding * diameter / area,
-        })
+        Some(Self { vertices: distinct, normal, centroid, area, extent, radius, unevenness })
     }
 
     /// The triangle `abc`; `None` when it has no area.
@@ -150,9 +144,9 @@ impl ConvexPolygon {
         self.radius
     }
 
-    /// What the normal is known to, radians, at most 1.
-    pub(super) fn tilt(&self) -> f64 {
-        self.tilt
+    /// Largest distance of a vertex from the plane through the first, metres.
+    pub(super) fn unevenness(&self) -> f64 {
+        self.unevenness
     }
 }
 
