@@ -22,7 +22,7 @@ _BLACK = 0.005
 _HOLES = 0.05
 
 # Triangles up to which links carry the light, as in the solver (MOST_LINKED in solve.rs).
-_MOST_LINKED = 2_000
+_MOST_LINKED = 500
 
 # Triangles that refinement may make when the user sets no budget: Settings::triangle_limit in the solver.
 _FREE_TRIANGLES, _FREE_SHARE = 100_000, 1.5
@@ -86,7 +86,7 @@ def find(scene: SceneRecord) -> list[Finding]:
 def estimate(scene: SceneRecord, settings: Settings, cores: int) -> Estimate:
     """Triangles from the source's own to the budget; time from measured bakes.
 
-    Known to a factor of three, below 2,000 triangles of ten towards less: an open scene has little to exchange (the
+    Known to a factor of three, below 500 triangles of ten towards less: an open scene has little to exchange (the
     paper's, 14 triangles at 0.01, takes 0.5 s), a closed one much. Measured on two cores: interiors of 262,663
     triangles at a tolerance of 0.05 in 93 s and of 143,163 at 0.03 in 54 s; the Cornell box, 36 triangles at 0.01, in
     8 s.
