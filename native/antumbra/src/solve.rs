@@ -10,7 +10,7 @@ use crate::adapt::scene_lines::SceneLines;
 use crate::course::{Course, SHOOTING};
 use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
-use crate::mesh::coarse::{Sizes, cut_into_patches, subdivide_to};
+use crate::mesh::coarse::{LEAST_AREA, Sizes, cut_into_patches, subdivide_to};
 use crate::mesh::{Cutting, Grading, Mesh, Quartering, tessellate};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
@@ -388,7 +388,7 @@ impl<'a> Solver<'a> {
         if look_around {
             return patches_that_look_around(world, blockers, mesh, ends);
         }
-        let elements = cut_into_patches(&mut mesh, sizes.patch);
+        let elements = cut_into_patches(&mut mesh, sizes.patch, LEAST_AREA);
         PatchMesh { mesh, elements, patch_size: sizes.patch }
     }
 

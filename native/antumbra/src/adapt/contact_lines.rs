@@ -18,6 +18,10 @@ const NEAR: f64 = 1e-5;
 /// Weight of a corner below which a point lies on the opposite edge: clipping leaves some rounding.
 const ON_BORDER: f64 = 1e-9;
 
+/// What a line parts, in squares of its length, where a face is so slender that short lines count: a rod. In folds of cloth
+/// that touch, such lines without their neighbours left faces dark of which only a corner is.
+const SLENDER: f64 = 16.0;
+
 /// Where polygons touch or pierce the faces for which `which` holds: in lines longer than `shortest`, metres, and in those that
 /// part at least an area of `least_parted`, m², from the rest of a face, as across a rod that passes through a wall.
 pub(crate) fn contacts(
@@ -44,7 +48,9 @@ pub(crate) fn contacts(
                     contact_line(corners, face.normal, &blockers.polygons()[blocker as usize])
                 })
                 .filter(|part| {
-                    at(part[0]).distance(at(part[1])) >= shortest || face.area * parted(part) >= least_parted
+                    let squared = at(part[0]).distance_squared(at(part[1]));
+                    squared >= shortest * shortest
+                        || face.area * parted(part) >= least_parted.max(SLENDER * squared)
                 })
                 .filter_map(|part| line(part, LineKind::Contact))
                 .collect()

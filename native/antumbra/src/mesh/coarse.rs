@@ -48,15 +48,17 @@ impl Sizes {
 /// it, but a strip is not worth hundreds of squares of its width.
 const LONGEST_PATCH: f64 = 4.0;
 
-/// Area, in squares of the size that is wanted, below which an element is not cut for its length alone. Its quarters are half
+/// Area, in squares of the size that is wanted, below which an element need not be cut for its length alone. Its quarters are half
 /// as long, but four: a hair of half a metre in a scene of hairs, each a thousandth of a millimetre wide, became a million
 /// elements. Elements are at most so many times four more than squares of the size would be.
-const LEAST_AREA: f64 = 1.0 / 16.0;
+pub(crate) const LEAST_AREA: f64 = 1.0 / 16.0;
 
 /// Cuts the roots into patches: elements of about the area of a square of the given size. In order.
-pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64) -> Vec<ElementId> {
+///
+/// `least_area`: in such squares, of what is cut for its length alone.
+pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64, least_area: f64) -> Vec<ElementId> {
     let fits = |mesh: &Mesh, element: &Element| {
-        element.area <= LEAST_AREA * size * size
+        element.area <= least_area * size * size
             || ((2.0 * element.area).sqrt() <= size && longest_edge(mesh, element) <= LONGEST_PATCH * size)
     };
     let mut patches = Vec::new();

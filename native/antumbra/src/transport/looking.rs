@@ -105,7 +105,8 @@ pub(crate) fn patches_that_look_around(
     ends: &(dyn Fn() -> bool + Sync),
 ) -> PatchMesh {
     let patch_size = patch_size(world);
-    let elements = cut_into_patches(&mut mesh, patch_size);
+    // Mouldings are slivers, and what lights a wall beside windows.
+    let elements = cut_into_patches(&mut mesh, patch_size, 0.0);
     let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size, ends);
     PatchMesh { mesh, elements, patch_size }
 }
