@@ -51,11 +51,14 @@ def remove_leftovers(*_args: object) -> None:
             each.remove(datablock)
 
 
+_AFTER = ("undo_post", "redo_post", "load_post")
+
+
 def register() -> None:
-    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post, bpy.app.handlers.load_post):
-        handlers.append(remove_leftovers)
+    for name in _AFTER:
+        getattr(bpy.app.handlers, name).append(remove_leftovers)
 
 
 def unregister() -> None:
-    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post, bpy.app.handlers.load_post):
-        handlers.remove(remove_leftovers)
+    for name in _AFTER:
+        getattr(bpy.app.handlers, name).remove(remove_leftovers)

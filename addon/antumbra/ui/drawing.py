@@ -46,7 +46,7 @@ def draw_strip(first: Places, second: Places, colour: Rgba) -> None:
 def draw_line(places: Places, width: float, colour: Rgba) -> None:
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     region: Any = bpy.context.region
-    line = batch_for_shader(shader, "LINE_STRIP", {"pos": [(x, y, 0.0) for x, y in places]})
+    line = batch(shader, "LINE_STRIP", pos=[(x, y, 0.0) for x, y in places])
     shader.uniform_float("viewportSize", (region.width, region.height))
     shader.uniform_float("lineWidth", width)
     shader.uniform_float("color", colour)

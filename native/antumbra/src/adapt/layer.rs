@@ -12,6 +12,14 @@ use crate::transport::gather::Arrived;
 /// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
 const CERTAIN: f64 = 13.5;
 
+/// Whether something can be told from the noise of the rays that it was found by.
+fn is_certain(irradiance: DVec3, arrived: &Arrived) -> bool {
+    irradiance.length_squared() > CERTAIN * arrived.variance
+}
+
+/// By its two samples, as [`edge_key`] has them.
+type Edge = (SampleId, SampleId);
+
 /// What was found in the middle of an edge.
 #[derive(Debug, Clone, Copy)]
 struct Middle {
@@ -37,7 +45,7 @@ struct Bulge {
 pub(crate) struct Layer {
     /// Front irradiance per sample, W/m².
     pub(crate) irradiance: Vec<DVec3>,
-    middles: FxHashMap<(SampleId, SampleId), Middle>,
+    middles: FxHashMap<Edge, Middle>,
     bulges: FxHashMap<ElementId, Bulge>,
 }
 
@@ -47,21 +55,22 @@ impl Layer {
     }
 
     /// Takes over what arrived in the middle of an edge.
-    pub(super) fn learn_middle(&mut self, edge: (SampleId, SampleId), arrived: &Arrived) {
+    pub(super) fn learn_middle(&mut self, edge: Edge, arrived: &Arrived) {
         let mean = 0.5 * (self.irradiance[edge.0.index()] + self.irradiance[edge.1.index()]);
         let deviation = arrived.irradiance - mean;
-        let certain = deviation.length_squared() > CERTAIN * arrived.variance;
+        let certain = is_certain(deviation, arrived);
         self.middles.insert(edge, Middle { irradiance: arrived.irradiance, deviation, certain });
     }
 
     /// Takes over what arrived at the centroid of a leaf.
     pub(super) fn learn_centroid(&mut self, element: ElementId, leaf: &Leaf, arrived: &Arrived) {
-        let bulge = self.bulge(leaf, arrived);
-        self.bulges.insert(element, bulge);
+        let irradiance = self.beyond(leaf, arrived, Self::noisy_deviation);
+        let certain = self.certain_bulge(leaf, arrived);
+        self.bulges.insert(element, Bulge { irradiance, certain });
     }
 
     /// Whether the light in the middle of an edge was computed.
-    pub(super) fn knows_middle(&self, edge: (SampleId, SampleId)) -> bool {
+    pub(super) fn knows_middle(&self, edge: Edge) -> bool {
         self.middles.contains_key(&edge)
     }
 
@@ -81,22 +90,18 @@ impl Layer {
         }
     }
 
-    /// What light at a leaf's centroid tells.
-    fn bulge(&self, leaf: &Leaf, arrived: &Arrived) -> Bulge {
+    /// The light at a leaf's centroid beyond what its corners and these deviations of its edges tell, W/m².
+    fn beyond(&self, leaf: &Leaf, arrived: &Arrived, deviation: impl Fn(&Self, Edge) -> DVec3) -> DVec3 {
         let corners: DVec3 = leaf.samples.iter().map(|s| self.irradiance[s.index()]).sum();
-        let beyond = |deviations: [DVec3; 3]| {
-            arrived.irradiance - corners / 3.0 - deviations.iter().sum::<DVec3>() * (4.0 / 9.0)
-        };
-        let irradiance = beyond(leaf.edges().map(|edge| self.noisy_deviation(edge)));
-        let certain = beyond(leaf.edges().map(|edge| self.deviation(edge)));
-        let is_certain = certain.length_squared() > CERTAIN * arrived.variance;
-        Bulge { irradiance, certain: if is_certain { certain } else { DVec3::ZERO } }
+        let deviations: DVec3 = leaf.edges().iter().map(|&edge| deviation(self, edge)).sum();
+        arrived.irradiance - corners / 3.0 - deviations * (4.0 / 9.0)
     }
 
-    /// What the certain light at a leaf's centroid would be beyond the quadratic, W/m²; zero where it cannot be told from the
-    /// noise of rays.
+    /// The light at a leaf's centroid beyond corners and certain middles, W/m²; zero where it cannot be told from the noise of
+    /// rays.
     pub(super) fn certain_bulge(&self, leaf: &Leaf, arrived: &Arrived) -> DVec3 {
-        self.bulge(leaf, arrived).certain
+        let bulge = self.beyond(leaf, arrived, Self::deviation);
+        if is_certain(bulge, arrived) { bulge } else { DVec3::ZERO }
     }
 
     /// The light at an element's centroid beyond the quadratic, W/m²; zero where it cannot be told from the noise of rays.
@@ -111,12 +116,12 @@ impl Layer {
 
     /// The light in the middle of an edge beyond the mean of its ends, W/m²; zero where it cannot be told from the noise of
     /// rays.
-    pub(crate) fn deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
+    pub(crate) fn deviation(&self, edge: Edge) -> DVec3 {
         self.middles.get(&edge).filter(|middle| middle.certain).map_or(DVec3::ZERO, |middle| middle.deviation)
     }
 
     /// The same with the noise of rays in it.
-    pub(crate) fn noisy_deviation(&self, edge: (SampleId, SampleId)) -> DVec3 {
+    pub(crate) fn noisy_deviation(&self, edge: Edge) -> DVec3 {
         self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.deviation)
     }
 

@@ -8,6 +8,8 @@
 //!
 //! What is shown is gathered from the solution by rays as well, more of them ([`Surroundings`]).
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -193,27 +195,9 @@ impl<'a> Looking<'a> {
             .partition(|&side| is_shown(side));
         let [few, many] = UNSHOWN;
         let mut direct = vec![DVec3::ZERO; self.patches.len()];
-        for (&side, [arrived]) in shown.iter().zip(self.direct_at(&shown, &[0], ends)?.as_chunks().0) {
-            direct[side] = *arrived;
-        }
-        let mean = |arrived: &[DVec3]| arrived.iter().sum::<DVec3>() / arrived.len() as f64;
-        let mut uneven = Vec::new();
-        let points: Vec<u32> = (1..=few).collect();
-        for (&side, arrived) in
-            unshown.iter().zip(self.direct_at(&unshown, &points, ends)?.chunks(points.len()))
-        {
-            direct[side] = mean(arrived);
-            let differs = |light: &DVec3| (*light - direct[side]).length() > UNEVEN * direct[side].length();
-            if arrived.iter().any(differs) {
-                uneven.push(side);
-            }
-        }
-        let points: Vec<u32> = (1..=many).collect();
-        for (&side, arrived) in
-            uneven.iter().zip(self.direct_at(&uneven, &points, ends)?.chunks(points.len()))
-        {
-            direct[side] = mean(arrived);
-        }
+        self.direct_at(&shown, 0..1, &mut direct, ends)?;
+        let uneven = self.direct_at(&unshown, 1..few + 1, &mut direct, ends)?;
+        self.direct_at(&uneven, 1..many + 1, &mut direct, ends)?;
         for (direct, from_sky) in direct.iter_mut().zip(&self.rows.from_sky) {
             *direct += *from_sky;
         }
@@ -221,30 +205,29 @@ impl<'a> Looking<'a> {
         Ok(())
     }
 
-    /// What emitters bring to points of sides, W/m²: side by side.
+    /// Makes known what emitters bring to sides, W/m²: the mean over some points of each. Returns those over which it differs.
     ///
-    /// `points`: of each side; 0 is its middle, others are spread over it.
+    /// `points`: 0 is a side's middle, others are spread over it.
     fn direct_at(
         &self,
         sides: &[usize],
-        points: &[u32],
+        points: Range<u32>,
+        direct: &mut [DVec3],
         ends: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Vec<DVec3>, Error> {
-        let receivers = sides.iter().flat_map(|&side| {
+    ) -> Result<Vec<usize>, Error> {
+        let count = points.len();
+        let (mut receivers, mut seeds) = (Vec::new(), Vec::new());
+        for &side in sides {
             let Patch { polygon, elements, .. } = &self.patches.patches[side / 2];
             let face = &self.world.faces[self.mesh.element(elements[0]).face.index()];
             let shift = [0, 1].map(|axis| unit(splitmix(2 * side as u64 + axis)));
-            points.iter().map(move |&point| {
+            for point in points.clone() {
                 let at =
                     if point == 0 { polygon.centroid() } else { point_on(polygon, spread(shift, point)) };
-                Receiver::new(at, normal(polygon, side)).of(face.object.index() as u32)
-            })
-        });
-        let receivers: Vec<Receiver> = receivers.collect();
-        let seeds: Vec<u64> = sides
-            .iter()
-            .flat_map(|&side| points.iter().map(move |&point| ((side as u64) << 32) | u64::from(point)))
-            .collect();
+                receivers.push(Receiver::new(at, normal(polygon, side)).of(face.object.index() as u32));
+                seeds.push(((side as u64) << 32) | u64::from(point));
+            }
+        }
         let gather = Gather {
             form_factors: self.form_factors,
             monitor: self.monitor,
@@ -253,7 +236,17 @@ impl<'a> Looking<'a> {
             wanted_error: self.wanted_error() * (self.patches.len() as f64).sqrt(),
             ends,
         };
-        Ok(gather.at(&receivers, &seeds, &[])?.into_iter().map(|arrived| arrived.irradiance).collect())
+        let arrived = gather.at(&receivers, &seeds, &[])?;
+        let mut uneven = Vec::new();
+        for (&side, arrived) in sides.iter().zip(arrived.chunks_exact(count)) {
+            let light = || arrived.iter().map(|arrived| arrived.irradiance);
+            let mean = light().sum::<DVec3>() / count as f64;
+            direct[side] = mean;
+            if light().any(|light| (light - mean).length() > UNEVEN * mean.length()) {
+                uneven.push(side);
+            }
+        }
+        Ok(uneven)
     }
 
     /// Refuses closed spaces that absorb nothing of the light emitted into them.
