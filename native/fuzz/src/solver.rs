@@ -37,13 +37,7 @@ pub fn solver(bytes: &[u8]) {
         threads: 1,
         ..Settings::default()
     };
-    let mut input = scene(&mut bytes);
-    if settings.transport == Transport::Shooting {
-        // Between surfaces that absorb nothing, it shoots for ever.
-        for material in &mut input.materials {
-            material.reflectance_rgb = material.reflectance_rgb.map(|reflectance| reflectance.min(0.9));
-        }
-    }
+    let input = scene(&mut bytes);
     let baked = match bake(&input, &settings, &Monitor::new()) {
         Ok(baked) => baked,
         Err(Error::NoLight | Error::NoReceiver | Error::EndlessLight { .. }) => return,

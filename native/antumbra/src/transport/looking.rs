@@ -67,7 +67,7 @@ const FARTHEST_BELOW: f64 = 1e3;
 
 /// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
 /// the way out of. More is no gap.
-const CAUGHT_IN_GAPS: f64 = 0.01;
+pub(super) const CAUGHT_IN_GAPS: f64 = 0.01;
 
 /// The state of a solution by rays.
 pub(crate) struct Looking<'a> {

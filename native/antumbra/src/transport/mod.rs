@@ -1,9 +1,11 @@
 //! Light between surfaces.
 
 pub(crate) mod balance;
+mod columns;
 mod conjugate_residuals;
 pub(crate) mod crevices;
 mod enclosure;
+mod endless;
 mod exchange;
 pub(crate) mod form_factors;
 pub(crate) mod gather;

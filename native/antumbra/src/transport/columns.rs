@@ -1,0 +1,149 @@
+//! Columns of the exchange: what of a source's light arrives where, kept for its next shot.
+
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::mesh::{Mesh, Sample, Side};
+use crate::monitor::Monitor;
+use crate::transport::enclosure::{RAYS, escaping};
+use crate::transport::form_factors::{
+    CLUSTER_SIZE, Cluster, Clustered, FormFactorPair, FormFactors, Narrowed, Seeded, Workspace, clusters,
+};
+use crate::transport::sources::{PatchId, SourceId, Sources};
+use crate::visibility::Receiver;
+
+/// A source's form factors.
+#[derive(Clone)]
+pub(super) struct Column {
+    /// Of all samples, front and back.
+    pub(super) samples: Vec<FormFactorPair>,
+    /// Means over the patches.
+    pub(super) patches: Vec<FormFactorPair>,
+}
+
+impl Column {
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<FormFactorPair>() * (self.samples.len() + self.patches.len())
+    }
+
+    /// Lets no more arrive than is sent, and all of it where none escapes. Form factors are linear over elements here, and sum
+    /// to 1 within some per cent only: between nearly white walls light would grow from shot to shot, or be lost.
+    fn conserve(&mut self, form_factors: &FormFactors, sources: &Sources, source: SourceId) {
+        let arriving: f64 = (self.patches.iter().zip(&sources.patches))
+            .map(|(means, patch)| {
+                means.iter().map(|&mean| f64::from(mean)).sum::<f64>() * patch.polygon.area()
+            })
+            .sum();
+        let (polygon, seed) = (sources.polygon(source), source.index() as u64);
+        let is_caught = || escaping(&polygon, RAYS, form_factors.blockers, seed) == 0.0;
+        if arriving > polygon.area() || (arriving > 0.0 && is_caught()) {
+            let share = (polygon.area() / arriving) as f32;
+            for value in self.samples.iter_mut().chain(&mut self.patches).flatten() {
+                *value *= share;
+            }
+        }
+    }
+}
+
+/// All samples of a mesh of patches, as they receive.
+#[derive(Default)]
+pub(super) struct Receivers {
+    /// Front and back of every sample, one after the other.
+    receivers: Vec<Receiver>,
+    seeds: Vec<u64>,
+    clusters: Vec<Cluster>,
+    /// Per element: the patch that it belongs to.
+    patch_of: Vec<Option<PatchId>>,
+}
+
+impl Receivers {
+    /// `patch_of`: per element, the patch that it is, or half of.
+    pub(super) fn new(mesh: &Mesh, mut patch_of: Vec<Option<PatchId>>) -> Self {
+        inherit(mesh, &mut patch_of);
+        let receivers = both_sides(&mesh.samples);
+        Self {
+            seeds: (0..receivers.len() as u64).collect(),
+            clusters: clusters(&receivers, 2 * CLUSTER_SIZE),
+            receivers,
+            patch_of,
+        }
+    }
+
+    /// Computes a source's form factors.
+    ///
+    /// `weight`: its light in wanted errors.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(super) fn column(
+        &self,
+        form_factors: &FormFactors,
+        monitor: &Monitor,
+        mesh: &Mesh,
+        sources: &Sources,
+        source: SourceId,
+        weight: f64,
+    ) -> Result<Column, Error> {
+        let polygon = sources.polygon(source);
+        let of = Seeded { receivers: &self.receivers, seeds: &self.seeds };
+        let found: Vec<Vec<(u32, f32)>> = (self.clusters.par_iter())
+            .map_init(Workspace::default, |workspace, cluster| {
+                let mut values = Vec::new();
+                if !monitor.is_cancelled() {
+                    form_factors.of_cluster(
+                        Clustered { cluster, of },
+                        &polygon,
+                        weight,
+                        Narrowed::Unknown,
+                        workspace,
+                        |k, found| values.push((cluster.members[k], found.grey() as f32)),
+                    );
+                    form_factors.count_pairs(workspace);
+                }
+                values
+            })
+            .collect();
+        monitor.check()?;
+        let mut samples = vec![[0.0; 2]; mesh.samples.len()];
+        for (receiver, value) in found.into_iter().flatten() {
+            samples[receiver as usize / 2][receiver as usize % 2] = value;
+        }
+        let patches = self.patch_means(mesh, sources, &samples);
+        let mut column = Column { samples, patches };
+        column.conserve(form_factors, sources, source);
+        Ok(column)
+    }
+
+    /// Mean form factors of the patches, linear over their elements (the paper, §2.1).
+    fn patch_means(&self, mesh: &Mesh, sources: &Sources, samples: &[FormFactorPair]) -> Vec<FormFactorPair> {
+        let mut sums = vec![[0.0_f64; 2]; sources.patches.len()];
+        for (element, patch) in mesh.elements.iter().zip(&self.patch_of) {
+            let (true, Some(patch)) = (element.is_leaf(), patch) else { continue };
+            let third = element.area / 3.0;
+            for sample in element.samples {
+                let values = samples[sample.index()];
+                sums[patch.index()][0] += third * f64::from(values[0]);
+                sums[patch.index()][1] += third * f64::from(values[1]);
+            }
+        }
+        (sums.iter().zip(&sources.patches))
+            .map(|(sum, patch)| sum.map(|sum| (sum / patch.polygon.area()) as f32))
+            .collect()
+    }
+}
+
+/// Parts of a patch belong to it as well.
+fn inherit(mesh: &Mesh, patch_of: &mut [Option<PatchId>]) {
+    for (index, element) in mesh.elements.iter().enumerate() {
+        if let (Some(patch), Some(children)) = (patch_of[index], element.children()) {
+            for child in children {
+                patch_of[child.index()] = Some(patch);
+            }
+        }
+    }
+}
+
+/// Front and back of every sample, one after the other.
+pub(super) fn both_sides(samples: &[Sample]) -> Vec<Receiver> {
+    samples.iter().flat_map(|sample| Side::BOTH.map(|side| sample.receiver(side))).collect()
+}
