@@ -11,7 +11,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use antumbra::scene::{LampInput, LampShape, SkyInput};
-use antumbra::settings::{Method, Settings, Transport};
+use antumbra::settings::{Effort, Method, Settings, Transport};
 use antumbra::weld::{Bake, BakedMesh};
 use common::Random;
 use common::baked::{area, assert_sound, light};
@@ -102,6 +102,7 @@ fn settings(seed: u64) -> Settings {
         triangle_budget: 300,
         verify_points: [0, 0, 4][random.below(3)],
         threads: 1,
+        effort: Effort { patches: 1e3, rays: 1e5, ..Effort::default() },
         ..Settings::default()
     }
 }

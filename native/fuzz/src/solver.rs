@@ -5,7 +5,7 @@ use antumbra::monitor::Monitor;
 use antumbra::scene::{
     AreaLightInput, LampInput, LampShape, MaterialInput, ObjectInput, SceneInput, SkyInput,
 };
-use antumbra::settings::{Method, Quantity, Settings, Transport};
+use antumbra::settings::{Effort, Method, Quantity, Settings, Transport};
 use antumbra::solve::bake;
 use glam::{DMat4, DVec3};
 
@@ -35,6 +35,7 @@ pub fn solver(bytes: &[u8]) {
         triangle_budget: 60,
         verify_points: bytes.of(&[0, 0, 0, 0, 0, 0, 0, 4]),
         threads: 1,
+        effort: Effort { patches: 100.0, rays: 5e3, links: 20_000 },
         ..Settings::default()
     };
     let input = scene(&mut bytes);
