@@ -29,13 +29,13 @@ pub fn solver(bytes: &[u8]) {
         ]),
         quantity: bytes.of(&[Quantity::Radiosity, Quantity::Irradiance]),
         separate_layers: bytes.coin(),
-        tolerance: 0.3,
+        tolerance: 1.0,
         element_size: bytes.of(&[0.0, 1.0]),
-        max_level: 2,
-        triangle_budget: 60,
+        max_level: 1,
+        triangle_budget: 40,
         verify_points: bytes.of(&[0, 0, 0, 0, 0, 0, 0, 4]),
         threads: 1,
-        effort: Effort { patches: 100.0, rays: 5e3, links: 20_000 },
+        effort: Effort { patches: 30.0, rays: 1e3, links: 100 },
         ..Settings::default()
     };
     let input = scene(&mut bytes);
