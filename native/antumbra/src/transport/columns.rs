@@ -5,10 +5,9 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::mesh::{Mesh, Sample, Side};
 use crate::monitor::Monitor;
+use crate::transport::clusters::{CLUSTER_SIZE, Cluster, Clustered, Seeded, clusters};
 use crate::transport::enclosure::{RAYS, escaping};
-use crate::transport::form_factors::{
-    CLUSTER_SIZE, Cluster, Clustered, FormFactorPair, FormFactors, Narrowed, Seeded, Workspace, clusters,
-};
+use crate::transport::form_factors::{FormFactorPair, FormFactors, Narrowed, Workspace};
 use crate::transport::sources::{PatchId, SourceId, Sources};
 use crate::visibility::Receiver;
 

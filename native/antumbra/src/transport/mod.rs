@@ -1,6 +1,7 @@
 //! Light between surfaces.
 
 pub(crate) mod balance;
+pub(crate) mod clusters;
 mod columns;
 mod conjugate_residuals;
 pub(crate) mod crevices;
@@ -12,9 +13,11 @@ pub(crate) mod gather;
 pub(crate) mod hemisphere;
 pub(crate) mod hierarchical;
 mod hierarchy;
+mod link_estimate;
 mod links;
 pub(crate) mod looking;
 pub(crate) mod mode;
+mod narrowing;
 mod overlay;
 mod patch_tree;
 mod patches;
