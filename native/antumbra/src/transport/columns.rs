@@ -48,7 +48,7 @@ impl Column {
 #[derive(Default)]
 pub(super) struct Receivers {
     /// Front and back of every sample, one after the other.
-    receivers: Vec<Receiver>,
+    sides: Vec<Receiver>,
     seeds: Vec<u64>,
     clusters: Vec<Cluster>,
     /// Per element: the patch that it belongs to.
@@ -59,11 +59,11 @@ impl Receivers {
     /// `patch_of`: per element, the patch that it is, or half of.
     pub(super) fn new(mesh: &Mesh, mut patch_of: Vec<Option<PatchId>>) -> Self {
         inherit(mesh, &mut patch_of);
-        let receivers = both_sides(&mesh.samples);
+        let sides = both_sides(&mesh.samples);
         Self {
-            seeds: (0..receivers.len() as u64).collect(),
-            clusters: clusters(&receivers, 2 * CLUSTER_SIZE),
-            receivers,
+            seeds: (0..sides.len() as u64).collect(),
+            clusters: clusters(&sides, 2 * CLUSTER_SIZE),
+            sides,
             patch_of,
         }
     }
@@ -84,7 +84,7 @@ impl Receivers {
         weight: f64,
     ) -> Result<Column, Error> {
         let polygon = sources.polygon(source);
-        let of = Seeded { receivers: &self.receivers, seeds: &self.seeds };
+        let of = Seeded { receivers: &self.sides, seeds: &self.seeds };
         let found: Vec<Vec<(u32, f32)>> = (self.clusters.par_iter())
             .map_init(Workspace::default, |workspace, cluster| {
                 let mut values = Vec::new();
