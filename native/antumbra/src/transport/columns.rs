@@ -6,7 +6,6 @@ use crate::error::Error;
 use crate::mesh::{Mesh, Sample, Side};
 use crate::monitor::Monitor;
 use crate::transport::clusters::{CLUSTER_SIZE, Cluster, Clustered, Seeded, clusters};
-use crate::transport::enclosure::{RAYS, escaping};
 use crate::transport::form_factors::{FormFactorPair, FormFactors, Narrowed, Workspace};
 use crate::transport::sources::{PatchId, SourceId, Sources};
 use crate::visibility::Receiver;
@@ -23,24 +22,6 @@ pub(super) struct Column {
 impl Column {
     pub(super) fn bytes(&self) -> usize {
         size_of::<FormFactorPair>() * (self.samples.len() + self.patches.len())
-    }
-
-    /// Lets no more arrive than is sent, and all of it where none escapes. Form factors are linear over elements here, and sum
-    /// to 1 within some per cent only: between nearly white walls light would grow from shot to shot, or be lost.
-    fn conserve(&mut self, form_factors: &FormFactors, sources: &Sources, source: SourceId) {
-        let arriving: f64 = (self.patches.iter().zip(&sources.patches))
-            .map(|(means, patch)| {
-                means.iter().map(|&mean| f64::from(mean)).sum::<f64>() * patch.polygon.area()
-            })
-            .sum();
-        let (polygon, seed) = (sources.polygon(source), source.index() as u64);
-        let is_caught = || escaping(&polygon, RAYS, form_factors.blockers, seed) == 0.0;
-        if arriving > polygon.area() || (arriving > 0.0 && is_caught()) {
-            let share = (polygon.area() / arriving) as f32;
-            for value in self.samples.iter_mut().chain(&mut self.patches).flatten() {
-                *value *= share;
-            }
-        }
     }
 }
 
@@ -108,9 +89,7 @@ impl Receivers {
             samples[receiver as usize / 2][receiver as usize % 2] = value;
         }
         let patches = self.patch_means(mesh, sources, &samples);
-        let mut column = Column { samples, patches };
-        column.conserve(form_factors, sources, source);
-        Ok(column)
+        Ok(Column { samples, patches })
     }
 
     /// Mean form factors of the patches, linear over their elements (the paper, §2.1).

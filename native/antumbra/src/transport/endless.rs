@@ -1,7 +1,8 @@
 //! Light that can neither leave nor be absorbed: it has no solution, and is refused by the names of what it lies between.
 //!
-//! Found by rays, like whether a space is closed: form factors are interpolated over patches and sum to 1 within some per
-//! cent, so that what a shot loses tells nothing of what gets out.
+//! Found by rays, like whether a space is closed: what arrives is exact at each receiver, whose form factors sum to 1 at most,
+//! but summed over a source's patches it is what was sent within some per cent only, so that what a shot loses tells nothing of
+//! what gets out.
 
 use glam::DVec3;
 use rayon::prelude::*;
