@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..bridge import running
+from ..bridge import outcome, running
 from ..bridge.host import new_bake
 from ..bridge.properties import settings_of
 from ..bridge.surroundings import scene_of
@@ -113,7 +113,7 @@ class ANTUMBRA_OT_cancel_bake(bpy.types.Operator):
 
 def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
     message = sentence(str(error))
-    running.note_outcome("CANCEL", [message])
+    outcome.note_outcome("CANCEL", [message])
     operator.report({"ERROR"}, message)
     return {"CANCELLED"}
 
@@ -121,8 +121,8 @@ def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
 def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
     for warning in report["warnings"]:
         operator.report({"WARNING"}, sentence(warning))
-    running.last_report = report
-    icon, lines = running.outcome_of(report)
-    running.note_outcome(icon, [sentence(line) for line in lines])
+    outcome.note_report(report)
+    icon, lines = outcome.outcome_of(report)
+    outcome.note_outcome(icon, [sentence(line) for line in lines])
     operator.report({"INFO"}, f"Baked {lines[0]}")
     return {"FINISHED"}

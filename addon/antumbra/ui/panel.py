@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..bridge import preflight, running
+from ..bridge import outcome, preflight, running
 from ..bridge.properties import settings_of, state_of
 from ..bridge.surroundings import scene_of
 from ..bridge.view_properties import view_of
@@ -51,7 +51,7 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         else:
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
-            if running.last_report is not None:
+            if outcome.last_report is not None:
                 row = layout.row(align=True)
                 row.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
                 row.prop(view_of(scene_of(context)), "error_curve", icon="FCURVE", toggle=True)
@@ -176,12 +176,12 @@ def _property_column(layout: Any) -> Any:
 
 
 def _draw_outcome(layout: Any, context: bpy.types.Context) -> None:
-    outcome = running.last_outcome
-    if outcome is None:
+    ended = outcome.last_outcome
+    if ended is None:
         return
     column = layout.column(align=True)
-    icon = outcome.icon
-    for line in outcome.lines:
+    icon = ended.icon
+    for line in ended.lines:
         _draw_text(column, context, line, icon)
         icon = "BLANK1"
 
