@@ -7,43 +7,59 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as translated
 
-from ..core.report import error_text
+from ..core.report import error_text, sentence
 from .redraw import redraw
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """What the panel says of it."""
 
     icon: str
-    lines: list[str]
+    said: list[str]
+    """In English."""
+    report: dict[str, Any] | None = None
+    """Of a bake that is in the scene, which says more than what was `said`."""
+
+    @property
+    def lines(self) -> list[str]:
+        """In the language that the interface speaks now, but for warnings."""
+        if self.report is None:
+            return [translated(text) for text in self.said]
+        return [sentence(line) for line in lines_of(self.report)]
 
 
 last_outcome: Outcome | None = None
 last_report: dict[str, Any] | None = None
 
 
-def note_outcome(icon: str, lines: list[str]) -> None:
+def note_outcome(icon: str, said: list[str]) -> None:
     """Remember how a bake ended, for the panel."""
-    global last_outcome
-    last_outcome = Outcome(icon, lines)
-    redraw()
+    _note(Outcome(icon, said))
 
 
 def note_report(report: dict[str, Any]) -> None:
-    """Remember the report of a bake that is in the scene."""
+    """Remember a bake that is in the scene."""
     global last_report
     last_report = report
+    _note(Outcome("ERROR" if report["warnings"] else "CHECKMARK", [], report))
 
 
-def outcome_of(report: dict[str, Any]) -> tuple[str, list[str]]:
-    """Icon and lines for a finished bake."""
+def _note(outcome: Outcome) -> None:
+    global last_outcome
+    last_outcome = outcome
+    redraw()
+
+
+def lines_of(report: dict[str, Any]) -> list[str]:
+    """What a finished bake made in which time, how far it is off, and its warnings."""
     result, timings, warnings = report["result"], report["timings"], report["warnings"]
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
-    error = error_text(report)
-    lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *([error] if error else []), *warnings]
-    return ("ERROR" if warnings else "CHECKMARK"), lines
+    error = error_text(report, translated)
+    done = translated("{} triangles in {} s").format(f"{result['triangles']:,}", f"{seconds:.1f}")
+    return [done, *([error] if error else []), *warnings]
 
 
 def show_popup(message: str) -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as translated
 
 from ..bridge import outcome, running
 from ..bridge.host import new_bake
@@ -122,7 +123,5 @@ def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
     for warning in report["warnings"]:
         operator.report({"WARNING"}, sentence(warning))
     outcome.note_report(report)
-    icon, lines = outcome.outcome_of(report)
-    outcome.note_outcome(icon, [sentence(line) for line in lines])
-    operator.report({"INFO"}, f"Baked {lines[0]}")
+    operator.report({"INFO"}, translated("Baked {}").format(outcome.lines_of(report)[0]))
     return {"FINISHED"}

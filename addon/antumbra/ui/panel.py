@@ -7,6 +7,7 @@ import textwrap
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as translated
 
 from ..bridge import outcome, preflight, running
 from ..bridge.properties import settings_of, state_of
@@ -94,8 +95,10 @@ class ANTUMBRA_PT_check(_RenderPanel, bpy.types.Panel):
                 operator.finding = index
         if found.estimate is not None:
             column = layout.column(align=True)
-            for text, icon in zip(estimate_texts(found.estimate), ("MESH_DATA", "TIME", "MEMORY"), strict=True):
-                column.label(text=text, icon=icon)
+            for text, icon in zip(
+                estimate_texts(found.estimate, translated), ("MESH_DATA", "TIME", "MEMORY"), strict=True
+            ):
+                column.label(text=text, icon=icon, translate=False)
 
 
 class ANTUMBRA_PT_quality(_RenderPanel, bpy.types.Panel):
