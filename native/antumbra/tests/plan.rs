@@ -7,7 +7,7 @@ use antumbra::scene::{LampInput, LampShape};
 use antumbra::settings::{Anyway, Method, Settings, Transport};
 use antumbra::weld::{Bake, BakedMesh};
 use common::Random;
-use common::planned::{all_scenes, floor_alone};
+use common::planned::{all_scenes, floor_alone, in_a_room};
 use common::scene::{Scene, adaptive, arriving};
 use common::shape::Shape;
 use glam::DVec3;
@@ -61,6 +61,19 @@ fn without_reflection_nothing_is_exchanged_and_nothing_changes() {
             }
         }
     }
+}
+
+/// Where all light stays, too.
+#[test]
+fn in_a_closed_black_room_nothing_changes_either() {
+    let mut scene = in_a_room();
+    scene.input.materials.iter_mut().for_each(|material| material.reflectance_rgb = [0.0; 3]);
+    let settings = arriving(Settings { verify_points: 0, tolerance: 0.05, ..adaptive() });
+    let anyway = Anyway { reflection: true, ..Anyway::default() };
+    let without = scene.bake(&settings);
+    let with = scene.bake(&Settings { anyway, ..settings });
+    assert!(leaves_out(&without, "reflection"));
+    assert_same(&without, &with, "black room");
 }
 
 /// A plate a hair above the floor sees it.
