@@ -79,7 +79,7 @@ def texts_of_the_interface():
         source = Path(module(name).__file__).read_text(encoding="utf-8")
         calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
         named = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id == "translated"]
-        yield from (text.value for call in named for text in call.args)
+        yield from (text.value for call in named for text in call.args if isinstance(text, ast.Constant))
     running = Path(module("bridge.running").__file__).read_text(encoding="utf-8")
     for node in ast.walk(ast.parse(running)):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "note_outcome":
