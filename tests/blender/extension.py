@@ -20,5 +20,5 @@ def read_scene(**settings):
 
 def last_warnings():
     """The lines that the last bake of this session left in the panel, without its size and its error."""
-    lines = module("bridge.running").last_outcome.lines[1:]
+    lines = module("bridge.outcome").last_outcome.lines[1:]
     return [line for line in lines if not line.startswith(("Verified error", "Estimated error"))]

@@ -44,7 +44,7 @@ def test_cancel_ends_it_and_changes_nothing(long_bake):
     # Its thread is waited for when nobody waits for the window any more.
     long_bake.abandon()
     assert bake.job.done()
-    assert long_bake.last_outcome.lines == ["Cancelled; nothing was changed"]
+    assert module("bridge.outcome").last_outcome.lines == ["Cancelled; nothing was changed"]
 
 
 def test_another_bake_may_begin_at_once_after_a_cancel(long_bake):
@@ -86,7 +86,7 @@ def test_sources_deleted_in_the_meantime_are_left_out(long_bake):
     bpy.ops.antumbra.stop_bake()
     bpy.ops.antumbra.finish_bake()
     assert sorted(obj.antumbra.source.name for obj in baked_objects()) == ["Cube 0", "Cube 3", "Plane", "Renamed"]
-    assert any("deleted" in line and "“Cube 1”" in line for line in long_bake.last_outcome.lines)
+    assert any("deleted" in line and "“Cube 1”" in line for line in module("bridge.outcome").last_outcome.lines)
 
 
 def test_a_file_saved_in_the_middle_opens_as_if_there_were_no_bake(long_bake, tmp_path):

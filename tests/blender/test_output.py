@@ -290,8 +290,7 @@ def test_meshes_that_are_made_ahead_change_nothing_of_what_comes_out(output, los
     ahead = module("bridge.host").new_bake(module("bridge.properties").settings_of(bpy.context.scene))
     ahead.begin()
     ahead.wait()
-    for _ in ahead.prepare():
-        pass
+    module("core.pieces").at_once(ahead.prepare())
     made = [mesh for mesh in bpy.data.meshes if "Radiosity" in mesh.attributes]
     assert len(made) == 2
     assert not any(obj.data in made for obj in bpy.data.objects)

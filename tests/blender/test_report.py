@@ -47,7 +47,7 @@ def test_the_report_is_shown_in_the_browser(baked, monkeypatch):
 
 
 def test_the_panel_tells_the_verified_error(baked):
-    lines = module("bridge.running").last_outcome.lines
+    lines = module("bridge.outcome").last_outcome.lines
     assert any(line.startswith("Verified error") for line in lines)
 
 
@@ -57,5 +57,5 @@ def test_nothing_is_verified_where_that_is_not_wanted():
     bpy.context.scene.antumbra.receivers = "ALL"
     bpy.context.scene.antumbra.verify_points = 0
     assert bpy.ops.antumbra.bake("EXEC_DEFAULT") == {"FINISHED"}
-    lines = module("bridge.running").last_outcome.lines
+    lines = module("bridge.outcome").last_outcome.lines
     assert not any("erified" in line for line in lines)

@@ -74,7 +74,17 @@ def texts_of_the_interface():
         yield f"Light is ready: {obstacle}"
     curve = module("core.error_curve")
     yield from (curve.TIME.title, curve.VERIFIED, curve.ESTIMATED)
-    yield from ("{} s left", "{} min left")
+    # What is filled in elsewhere
+    for name in ("core.report", "core.preflight", "bridge.outcome", "operators.bake"):
+        source = Path(module(name).__file__).read_text(encoding="utf-8")
+        calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+        named = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id == "translated"]
+        yield from (text.value for call in named for text in call.args if isinstance(text, ast.Constant))
+    running = Path(module("bridge.running").__file__).read_text(encoding="utf-8")
+    for node in ast.walk(ast.parse(running)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "note_outcome":
+            lines = [line for argument in node.args if isinstance(argument, ast.List) for line in argument.elts]
+            yield from (line.value for line in lines if isinstance(line, ast.Constant))
 
 
 @pytest.mark.parametrize("language", module("ui.translations").LANGUAGES)

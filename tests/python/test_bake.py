@@ -33,7 +33,7 @@ class ArrayHost:
     def prepare(self, the_scene, solution, settings):
         for mesh in solution.meshes:
             self.prepared.append(mesh)
-            yield
+            yield GO_ON
 
     def write(self, the_scene, solution, settings):
         self.written.append(solution)

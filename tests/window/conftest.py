@@ -40,7 +40,7 @@ def module(name):
     return importlib.import_module(f"{EXTENSION}.{name}")
 
 
-running = module("bridge.running")
+running, outcome = module("bridge.running"), module("bridge.outcome")
 for obj in list(bpy.data.objects):
     bpy.data.objects.remove(obj)
 for screen_area in bpy.context.window_manager.windows[0].screen.areas:

@@ -28,7 +28,7 @@ def test_bake_cancel_bake_again_undo_redo(blender):
     blender.until("not running.is_running()")
     blender.screenshot("3 cancelled")
     assert blender.ask("fingerprint()") == before
-    assert "ancelled" in blender.ask("running.last_outcome.lines[0]")
+    assert "ancelled" in blender.ask("outcome.last_outcome.lines[0]")
 
     # Bake again, to the end
     blender.ask("setattr(bpy.context.scene.antumbra, 'tolerance', 0.05)")

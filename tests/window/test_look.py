@@ -122,6 +122,7 @@ view.use_translate_interface = view.use_translate_tooltips = True
     blender.screenshot("german")
     assert blender.ask("bpy.app.translations.pgettext_iface('Before the Bake')") == "Vor dem Backen"
     assert share_that_differs(english, german) > 0.01
+    assert "Dreiecke" in blender.ask("outcome.last_outcome.lines[0]")
     x, y = blender.find(BAKE)
     blender.move(x, y)
     time.sleep(_DRAWN_S)

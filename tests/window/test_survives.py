@@ -44,7 +44,7 @@ def test_deleting_a_baked_object(baking):
     baking.until("'Cube 2' not in bpy.data.objects")
     stop(baking)
     baking.until("len(baked_objects()) == 4")
-    assert any("deleted" in line for line in baking.ask("running.last_outcome.lines"))
+    assert any("deleted" in line for line in baking.ask("outcome.last_outcome.lines"))
 
 
 def test_edit_mode_holds_the_result_back(baking):
@@ -117,7 +117,7 @@ IN_THE_MIDDLE = """
 bpy.context.scene.antumbra.tolerance = 0.2
 bpy.ops.antumbra.bake("INVOKE_DEFAULT")
 for _ in range({pieces}):
-    next(running._running.reading)
+    next(running._running.reading.pieces)
 assert not running._running.is_read
 """
 
@@ -147,7 +147,7 @@ bpy.ops.ed.undo_push(message="Lift")
 def test_undo_and_saving_while_the_scene_is_read(scene_to_read, pieces, tmp_path):
     window = scene_to_read
     window.ask(IN_THE_MIDDLE.format(pieces=pieces) + "bpy.ops.ed.undo()\nanswer = " + OURS)
-    assert window.ask(OURS + " if running._running.reading is None else []") == []
+    assert window.ask(OURS + " if running._running.reading.pieces is None else []") == []
     window.until("len(baked_objects()) == 5")
     # What was baked is the scene after the undo
     lifted = "max(v.co.z for v in baked_of('Cube 1').data.vertices) + baked_of('Cube 1').location.z"

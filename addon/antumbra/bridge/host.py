@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import bpy
 
 from ..core.bake import Bake, Solution
@@ -28,7 +26,7 @@ class BlenderHost:
     def read(self, settings: Settings) -> Pieces[SceneRecord]:
         return reading(bpy.context, settings)
 
-    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[object]:
+    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Pieces[None]:
         yield from self._show_textures(scene, solution, settings)
         yield from self._prepared.make(bpy.context, scene, solution, settings)
 

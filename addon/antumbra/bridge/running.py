@@ -1,21 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one bake that may be running while Blender goes on: read by a timer, then a solver thread that the timer watches.
 
-The scene is read in slices. While that lasts there are datablocks of ours in the file, so undo, redo and saving put it
-off: these are removed first, and reading begins anew. So does it where something that is read was deleted. From then on
-nothing of Blender is held between two ticks, and undo, deleting objects and closing windows are harmless; loading a
-file or disabling the add-on cancels the bake and waits for its thread. Meshes are made in slices, and put into the
-scene in one undo step, by an operator, once the user is in Object Mode and holds nothing in hand.
+The scene is read in slices, which undo, redo and saving put off. From then on nothing of Blender is held between two
+ticks, and undo, deleting objects and closing windows are harmless; loading a file or disabling the add-on cancels the
+bake and waits for its thread. Meshes are made in slices, and put into the scene in one undo step, by an operator, once
+the user is in Object Mode and holds nothing in hand.
 """
 
 from __future__ import annotations
 
-import math
-import time
 import traceback
-from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
@@ -23,8 +18,11 @@ from bpy.app.handlers import persistent
 from ..core.bake import Bake, Progress
 from ..core.errors import BakeError
 from ..core.live import LivePiece, live_pieces
-from ..core.pieces import Pieces, at_once, for_a_moment
-from ..core.report import error_text, sentence
+from ..core.pieces import Pieces, for_a_moment
+from ..core.report import sentence
+from .outcome import note_outcome, show_popup
+from .redraw import redraw, redraw_viewports
+from .slow_reading import PAUSE_S, SLICE_S, SlowReading
 from .surroundings import windows
 from .view_properties import view_of
 
@@ -34,30 +32,8 @@ _TICK_S = 0.1
 # Somebody who asked for the end waits for it.
 _ENDING_TICK_S = 0.01
 
-# Between two slices of reading or writing Blender gets its turn.
-_PAUSE_S = 0.001
-
-# How long it waits for a slice: about a frame of a screen, so that nobody sees it stutter.
-_SLICE_S = 0.015
-
-# Most slices of reading make Blender draw its viewports anew. Where that takes longer than the slice, as without a
-# graphics card, reading goes on for as long: nobody is kept waiting more than twice as long as by drawing, and the
-# whole does not take ten times its time.
-_LONGEST_SLICE_S = 0.1
-
-# Somebody who deletes things all the time is told so.
-_MOST_READINGS = 5
-
 # Operators of Blender that hold on to objects between two events.
 _HOLDING_OPERATORS = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_", "VIEW3D_OT_", "OUTLINER_OT_", "SCREEN_OT_")
-
-
-@dataclass(slots=True)
-class Outcome:
-    """How the last bake of this session ended; shown in the panel."""
-
-    icon: str
-    lines: list[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +51,9 @@ class _ReadingProgress:
 class _Running:
     bake: Bake
     scene_uid: int
-    reading: Pieces[None] | None = None
-    """Of the scene; None when it is to begin anew."""
-    is_read: bool = False
-    readings: int = 0
-    """How often it was begun."""
-    slice_end: float = math.inf
-    """When the last slice of it was over, by time.perf_counter()."""
+    reading: SlowReading
     waiting_for: str = ""
-    pieces: Generator[None, None, None] | None = None
+    pieces: Pieces[None] | None = None
     """Of the meshes that are being made, once there is light."""
     prepared: bool = False
     stage: Pieces[list[LivePiece]] | None = None
@@ -93,13 +63,14 @@ class _Running:
     ending: bool = False
     """Whether the user asked for the end."""
 
+    @property
+    def is_read(self) -> bool:
+        return self.reading.is_over
+
 
 _running: _Running | None = None
 _given_up: list[Bake] = []
 """Cancelled bakes whose solvers have not noticed yet, which takes them up to some tenths of a second."""
-
-last_outcome: Outcome | None = None
-last_report: dict[str, Any] | None = None
 
 
 def is_running() -> bool:
@@ -136,13 +107,11 @@ def live_stage(scene: bpy.types.Scene) -> list[LivePiece] | None:
 def start(bake: Bake, scene: bpy.types.Scene) -> None:
     """Begin the bake and watch it from now on; raises BakeError for what is known at once."""
     global _running
-    running = _Running(bake, scene.session_uid, bake.beginning(), readings=1)
-    assert running.reading is not None
+    running = _Running(bake, scene.session_uid, SlowReading(bake))
     if bpy.app.background:
-        at_once(running.reading)
-        running.is_read = True
+        running.reading.all_at_once()
     else:
-        next(running.reading)
+        running.reading.first_piece()
     _running = running
     # That of a bake that was just given up may still be there.
     if not bpy.app.timers.is_registered(_tick):
@@ -204,32 +173,6 @@ def abandon() -> None:
         _given_up.pop().abandon()
 
 
-def note_outcome(icon: str, lines: list[str]) -> None:
-    """Remember how a bake ended, for the panel."""
-    global last_outcome
-    last_outcome = Outcome(icon, lines)
-    redraw()
-
-
-def outcome_of(report: dict[str, Any]) -> tuple[str, list[str]]:
-    """Icon and lines for a finished bake."""
-    result, timings, warnings = report["result"], report["timings"], report["warnings"]
-    seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
-    error = error_text(report)
-    lines = [f"{result['triangles']:,} triangles in {seconds:.1f} s", *([error] if error else []), *warnings]
-    return ("ERROR" if warnings else "CHECKMARK"), lines
-
-
-def redraw() -> None:
-    """Let the panel and the status bar draw anew."""
-    for window in windows():
-        for area in window.screen.areas:
-            if area.type == "PROPERTIES":
-                area.tag_redraw()
-        # The status bar belongs to no screen; this is what makes it draw.
-        window.workspace.status_text_set(None)
-
-
 def _tick() -> float | None:
     """Timer: seconds until the next call, or None to end. An exception would end the timer without a trace."""
     if _running is None:
@@ -240,7 +183,7 @@ def _tick() -> float | None:
         if not _running.bake.job.done():
             return _watch(_running)
         if not _prepare_slice(_running):
-            return _PAUSE_S
+            return PAUSE_S
         if not _try_to_finish(_running):
             redraw()
             return _TICK_S
@@ -265,24 +208,12 @@ def _read_slice(running: _Running) -> float | None:
             return _wait(running, f"To read the scene, {obstacle}")
         running.waiting_for = ""
         try:
-            if running.reading is None:
-                running.reading = running.bake.beginning()
-                running.readings += 1
-            of_blender = time.perf_counter() - running.slice_end - _PAUSE_S
-            is_over = for_a_moment(running.reading, min(max(of_blender, _SLICE_S), _LONGEST_SLICE_S))
-            running.slice_end = time.perf_counter()
-            if not is_over:
-                return _PAUSE_S
-        except ReferenceError:
-            _put_off(running)
-            if running.readings < _MOST_READINGS:
-                return _PAUSE_S
-            _refuse("Things were deleted again and again while the scene was read; nothing was changed")
-            return None
+            running.reading.slice()
         except BakeError as error:
             _refuse(sentence(str(error)))
             return None
-    running.reading, running.is_read = None, True
+    if not running.is_read:
+        return PAUSE_S
     if running.ending:
         running.bake.job.stop()
     redraw()
@@ -299,7 +230,7 @@ def _refuse(message: str) -> None:
     """End a bake that cannot begin."""
     abandon()
     note_outcome("CANCEL", [message])
-    _show_popup(message)
+    show_popup(message)
 
 
 def _end_without_scene() -> None:
@@ -318,16 +249,16 @@ def _window_of(running: _Running) -> bpy.types.Window | None:
 
 def _put_off(running: _Running) -> None:
     """Take our datablocks out of the file; what was not finished begins anew with the next tick."""
-    for pieces in (running.reading, running.pieces):
-        if pieces is not None:
-            pieces.close()
-    running.reading = running.pieces = None
+    running.reading.put_off()
+    if running.pieces is not None:
+        running.pieces.close()
+    running.pieces = None
 
 
 def _watch(running: _Running) -> float:
     """Show how far the solver is."""
     if _bring_stage(running):
-        return _PAUSE_S
+        return PAUSE_S
     redraw()
     return _ENDING_TICK_S if running.ending else _TICK_S
 
@@ -342,7 +273,7 @@ def _bring_stage(running: _Running) -> bool:
         if meshes is None:
             return False
         running.stage = _taken_up(running, live_pieces(meshes, running.bake.scene))
-    if not for_a_moment(running.stage, _SLICE_S):
+    if not for_a_moment(running.stage, SLICE_S):
         return True
     running.stage = None
     redraw_viewports()
@@ -354,14 +285,6 @@ def _taken_up(running: _Running, pieces: Pieces[list[LivePiece]]) -> Pieces[list
     return running.live
 
 
-def redraw_viewports() -> None:
-    """Let all viewports draw anew."""
-    for window in windows():
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
-
-
 def _prepare_slice(running: _Running) -> bool:
     """Make meshes for a moment; returns whether all are made. In no scene yet, they need not wait for the user."""
     if running.prepared:
@@ -369,7 +292,7 @@ def _prepare_slice(running: _Running) -> bool:
     if running.pieces is None:
         running.pieces = running.bake.prepare()
     try:
-        running.prepared = next(running.pieces, running) is running
+        running.prepared = for_a_moment(running.pieces, SLICE_S)
     except ReferenceError:
         running.pieces = None
     except BakeError:
@@ -405,16 +328,8 @@ def _try_to_finish(running: _Running) -> bool:
             bpy.ops.antumbra.finish_bake("EXEC_DEFAULT", True)  # type: ignore[attr-defined]
         except RuntimeError as error:
             # What the operator reported; it wrote the panel's lines already.
-            _show_popup(str(error).removeprefix("Error: ").strip())
+            show_popup(str(error).removeprefix("Error: ").strip())
     return True
-
-
-def _show_popup(message: str) -> None:
-    def draw(menu: Any, _context: bpy.types.Context) -> None:
-        menu.layout.label(text=message)
-
-    manager: Any = bpy.context.window_manager
-    manager.popup_menu(draw, title="Bake Radiosity", icon="ERROR")
 
 
 def _obstacle() -> str:

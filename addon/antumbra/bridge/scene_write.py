@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +15,7 @@ from ..core.bake import Solution
 from ..core.carry import BakedMesh
 from ..core.colours import storage_losses
 from ..core.errors import InputError
+from ..core.pieces import TURN, Pieces
 from ..core.record import ObjectRecord, SceneRecord, name_list
 from ..core.settings import Settings
 from .mesh_write import write_mesh
@@ -93,8 +93,8 @@ class PreparedMeshes:
 
     def make(
         self, context: bpy.types.Context, scene_record: SceneRecord, solution: Solution, settings: Settings
-    ) -> Iterator[None]:
-        """Make the meshes, as many between two yields as take a moment; those of an earlier try are gone."""
+    ) -> Pieces[None]:
+        """Make the meshes, as many to a piece as take a moment; those of an earlier try are gone."""
         self.discard()
         left = list(reversed(solution.meshes))
         while left:
@@ -107,7 +107,7 @@ class PreparedMeshes:
                 owner = writer.owner(record)
                 if owner is not None:
                     self._uids[baked.object] = writer.make(record, baked, owner).session_uid
-            yield
+            yield TURN
 
     def take(self) -> dict[int, bpy.types.Mesh]:
         """Those that are still there; none is left afterwards."""

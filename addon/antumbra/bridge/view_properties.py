@@ -10,6 +10,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
 from bpy.types import PropertyGroup
 
+from .redraw import redraw_viewports
+
 
 def _show(_group: Any, context: bpy.types.Context) -> None:
     # The module that does it reads these properties.
@@ -21,8 +23,6 @@ def _show(_group: Any, context: bpy.types.Context) -> None:
 
 def _redraw(_group: Any, _context: bpy.types.Context) -> None:
     # A click draws everything anew; a script that sets a property does not.
-    from .running import redraw_viewports
-
     redraw_viewports()
 
 

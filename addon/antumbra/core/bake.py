@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from .carry import BakedMesh
 from .errors import BakeError, InputError, MemoryShortageError, NoLightError
 from .memory import free_bytes
-from .pieces import Pieces, at_once
+from .pieces import Pieces, at_once, timed
 from .preflight import bytes_text, estimate
 from .record import SceneRecord
 from .report import Timings, assemble
@@ -58,8 +58,8 @@ class Host(Protocol):
     """The program whose scene is baked. Its verbs leave it as it was when they raise."""
 
     def read(self, settings: Settings) -> Pieces[SceneRecord]: ...
-    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Iterator[object]:
-        """Make what write() will put into the scene, a piece between two yields; the scene does not change yet."""
+    def prepare(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Pieces[None]:
+        """Make what write() will put into the scene, which does not change yet."""
 
     def write(self, scene: SceneRecord, solution: Solution, settings: Settings) -> list[str]:
         """Put it into the scene, prepared or not; return warnings."""
@@ -147,16 +147,12 @@ class Bake:
                 pass  # Whatever it ended with, nobody waits for it any more.
         self._host.discard()
 
-    def prepare(self) -> Generator[None, None, None]:
-        """Take the solution and make its meshes, a piece between two yields; raises BakeError when there is none."""
-        pieces = self._host.prepare(self._scene, self._take(), self._settings)
-        while True:
-            start = time.perf_counter()
-            ended = next(pieces, self) is self
-            self._write_s += time.perf_counter() - start
-            if ended:
-                return
-            yield
+    def prepare(self) -> Pieces[None]:
+        """Take the solution and make its meshes; raises BakeError when there is none."""
+        yield from timed(self._host.prepare(self._scene, self._take(), self._settings), self._add_write_time)
+
+    def _add_write_time(self, seconds: float) -> None:
+        self._write_s += seconds
 
     def finish(self) -> dict[str, Any]:
         """Take the solution, write it and return the report; raises BakeError when there is none."""

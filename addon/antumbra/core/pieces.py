@@ -8,7 +8,7 @@ its turn now (TURN), because the next piece is a long one, or may have it (GO_ON
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import TypeVar
 
 _Result = TypeVar("_Result")
@@ -38,3 +38,17 @@ def for_a_moment(pieces: Pieces[object], seconds: float) -> bool:
             return True
         if must_stop or time.perf_counter() >= end:
             return False
+
+
+def timed(pieces: Pieces[_Result], took: Callable[[float], None]) -> Pieces[_Result]:
+    """The same pieces; `took` gets the seconds of each."""
+    while True:
+        start = time.perf_counter()
+        try:
+            turn = next(pieces)
+        except StopIteration as end:
+            took(time.perf_counter() - start)
+            result: _Result = end.value
+            return result
+        took(time.perf_counter() - start)
+        yield turn

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .record import ObjectRecord, SceneRecord, Surface, name_list
+from .report import Translated
 from .settings import Settings
 
 # A surface that reflects less than this in every channel shows no light that one could tell from black.
@@ -112,13 +113,14 @@ def estimate(scene: SceneRecord, settings: Settings, cores: int) -> Estimate:
     )
 
 
-def estimate_texts(estimated: Estimate) -> tuple[str, str, str]:
+def estimate_texts(estimated: Estimate, translated: Translated = str) -> tuple[str, str, str]:
     """Triangles, time and memory for people."""
     fewest, most = estimated.triangles
-    triangles = f"{fewest:,} triangles" if fewest == most else f"{fewest:,} to {most:,} triangles"
+    triangles = f"{most:,}" if fewest == most else translated("{} to {}").format(f"{fewest:,}", f"{most:,}")
     low, high = (_time_text(seconds) for seconds in estimated.seconds)
-    time = low if low == high else f"{low} to {high}"
-    return triangles, time, f"Up to {bytes_text(estimated.bytes[1])} of memory"
+    time = low if low == high else translated("{} to {}").format(low, high)
+    memory = translated("Up to {} of memory").format(bytes_text(estimated.bytes[1]))
+    return translated("{} triangles").format(triangles), time, memory
 
 
 def _no_light(scene: SceneRecord) -> list[Finding]:

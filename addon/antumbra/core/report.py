@@ -23,7 +23,11 @@ class Timings:
     cpu_s: float
 
 
-def verified_error(report: dict[str, Any]) -> str | None:
+Translated = Callable[[str], str]
+"""What a text is in the user's language, by what it is in English."""
+
+
+def verified_error(report: dict[str, Any], translated: Translated = str) -> str | None:
     """The error of a bake in words, where it was verified, as in: verified error 0.9 % (0.7 to 1.1)."""
     verification = report["result"]["verification"]
     if verification is None:
@@ -32,16 +36,20 @@ def verified_error(report: dict[str, Any]) -> str | None:
     most = verification["error"][2]
     places = 0 if most >= 0.1 else 1 if most >= 0.002 else 2
     error, low, high = (f"{100.0 * share:.{places}f}" for share in verification["error"])
-    return f"verified error {error} % ({low} to {high})" if float(error) else f"verified error below {high} %"
+    if not float(error):
+        return translated("verified error below {} %").format(high)
+    return translated("verified error {} % ({} to {})").format(error, low, high)
 
 
-def error_text(report: dict[str, Any]) -> str | None:
+def error_text(report: dict[str, Any], translated: Translated = str) -> str | None:
     """The verified error with the solver's own estimate beside it, as far as there are such; for people."""
-    verified, estimated = verified_error(report), report["result"]["estimated_error"]
+    verified, estimated = verified_error(report, translated), report["result"]["estimated_error"]
     if estimated is None:
         return verified
-    estimate = f"{100.0 * estimated:.2g} %"
-    return f"{verified}, estimated {estimate}" if verified else f"estimated error {estimate}"
+    estimate = f"{100.0 * estimated:.2g}"
+    if verified:
+        return translated("{}, estimated {} %").format(verified, estimate)
+    return translated("estimated error {} %").format(estimate)
 
 
 def assemble(settings: Settings, solver_report: str, timings: Timings, warnings: list[str]) -> dict[str, Any]:
@@ -69,7 +77,7 @@ def assemble(settings: Settings, solver_report: str, timings: Timings, warnings:
 _KNOWN_SHARE, _KNOWN_S = 0.05, 2.0
 
 
-def remaining_text(fraction: float, elapsed_s: float, translated: Callable[[str], str] = str) -> str:
+def remaining_text(fraction: float, elapsed_s: float, translated: Translated = str) -> str:
     """How long the rest takes if it goes on like this, for people; empty while that cannot be told."""
     if fraction < _KNOWN_SHARE or elapsed_s < _KNOWN_S or fraction >= 1.0:
         return ""

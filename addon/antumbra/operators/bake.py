@@ -6,8 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as translated
 
-from ..bridge import running
+from ..bridge import outcome, running
 from ..bridge.host import new_bake
 from ..bridge.properties import settings_of
 from ..bridge.surroundings import scene_of
@@ -113,7 +114,7 @@ class ANTUMBRA_OT_cancel_bake(bpy.types.Operator):
 
 def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
     message = sentence(str(error))
-    running.note_outcome("CANCEL", [message])
+    outcome.note_outcome("CANCEL", [message])
     operator.report({"ERROR"}, message)
     return {"CANCELLED"}
 
@@ -121,8 +122,6 @@ def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
 def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
     for warning in report["warnings"]:
         operator.report({"WARNING"}, sentence(warning))
-    running.last_report = report
-    icon, lines = running.outcome_of(report)
-    running.note_outcome(icon, [sentence(line) for line in lines])
-    operator.report({"INFO"}, f"Baked {lines[0]}")
+    outcome.note_report(report)
+    operator.report({"INFO"}, translated("Baked {}").format(outcome.lines_of(report)[0]))
     return {"FINISHED"}

@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from ..bridge import running
+from ..bridge import outcome
 from ..core.report_page import page
 
 
@@ -21,18 +21,18 @@ class ANTUMBRA_OT_show_report(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        if running.last_report is None:
+        if outcome.last_report is None:
             cls.poll_message_set("Nothing was baked since Blender was started")
             return False
         return True
 
     def execute(self, _context: bpy.types.Context) -> set[Any]:
-        if running.last_report is None:
+        if outcome.last_report is None:
             return {"CANCELLED"}
         # Of this Blender alone, and removed with all that it leaves there
         path = Path(bpy.app.tempdir or tempfile.gettempdir(), "antumbra-report.html")
         try:
-            path.write_text(page(running.last_report), encoding="utf-8")
+            path.write_text(page(outcome.last_report), encoding="utf-8")
         except OSError as error:
             self.report({"ERROR"}, f"The report could not be written: {error}")
             return {"CANCELLED"}

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
-from ..bridge import running
+from ..bridge import outcome
 from ..bridge.view_properties import view_of
 from ..core.error_curve import ERROR, TIME, error_lines
 from ..core.plots import Line, Scale, scale_of
@@ -32,7 +32,7 @@ _handles: list[Any] = []
 
 def _draw() -> None:
     context = bpy.context
-    scene, report = context.scene, running.last_report
+    scene, report = context.scene, outcome.last_report
     space: Any = context.space_data
     if scene is None or report is None or not space.overlay.show_overlays or not view_of(scene).error_curve:
         return

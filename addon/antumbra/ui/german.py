@@ -123,6 +123,19 @@ PROGRESS: Mapping[str, str] = {
     "Light is ready: switch to Object Mode": "Licht ist fertig: in den Objektmodus wechseln",
     "Light is ready: wait for the render": "Licht ist fertig: wartet auf das Rendern",
     "Light is ready: finish the current action": "Licht ist fertig: laufende Aktion beenden",
+    # Before and after
+    "{} to {}": "{} bis {}",
+    "{} triangles": "{} Dreiecke",
+    "Up to {} of memory": "Bis zu {} Speicher",
+    "{} triangles in {} s": "{} Dreiecke in {} s",
+    "verified error {} % ({} to {})": "geprüfter Fehler {} % ({} bis {})",
+    "verified error below {} %": "geprüfter Fehler unter {} %",
+    "{}, estimated {} %": "{}, geschätzt {} %",
+    "estimated error {} %": "geschätzter Fehler {} %",
+    "Baked {}": "Gebacken: {}",
+    "Cancelled; nothing was changed": "Abgebrochen; nichts wurde geändert",
+    "The bake failed; the system console has the details": "Das Backen schlug fehl; Näheres in der Systemkonsole",
+    "The scene was deleted while its light was computed": "Die Szene wurde gelöscht, während ihr Licht berechnet wurde",
 }
 
 TOOLTIPS: Mapping[str, str] = {

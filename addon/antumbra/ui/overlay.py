@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..bridge import running
 from ..bridge.properties import state_of
+from ..bridge.redraw import redraw_viewports
 from ..bridge.view import range_of
 from ..bridge.view_properties import view_of
 from ..core.carry import LINE
@@ -98,9 +99,9 @@ def _draw_live(scene: bpy.types.Scene) -> None:
             _coming.append(_Batch(piece, batch(shader, "TRIS", pos=positions, color=colours)))
         if len(_coming) == len(stage):
             _live, _coming = _coming, []
-        elif not bpy.app.timers.is_registered(running.redraw_viewports):
+        elif not bpy.app.timers.is_registered(redraw_viewports):
             # While something is drawn nothing can be asked to be drawn again.
-            bpy.app.timers.register(running.redraw_viewports, first_interval=0.0)
+            bpy.app.timers.register(redraw_viewports, first_interval=0.0)
     gpu.state.depth_mask_set(True)
     for each in _live:
         each.drawn.draw(shader)

@@ -7,8 +7,9 @@ import textwrap
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as translated
 
-from ..bridge import preflight, running
+from ..bridge import outcome, preflight, running
 from ..bridge.properties import settings_of, state_of
 from ..bridge.surroundings import scene_of
 from ..bridge.view_properties import view_of
@@ -51,7 +52,7 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         else:
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
-            if running.last_report is not None:
+            if outcome.last_report is not None:
                 row = layout.row(align=True)
                 row.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
                 row.prop(view_of(scene_of(context)), "error_curve", icon="FCURVE", toggle=True)
@@ -94,8 +95,10 @@ class ANTUMBRA_PT_check(_RenderPanel, bpy.types.Panel):
                 operator.finding = index
         if found.estimate is not None:
             column = layout.column(align=True)
-            for text, icon in zip(estimate_texts(found.estimate), ("MESH_DATA", "TIME", "MEMORY"), strict=True):
-                column.label(text=text, icon=icon)
+            for text, icon in zip(
+                estimate_texts(found.estimate, translated), ("MESH_DATA", "TIME", "MEMORY"), strict=True
+            ):
+                column.label(text=text, icon=icon, translate=False)
 
 
 class ANTUMBRA_PT_quality(_RenderPanel, bpy.types.Panel):
@@ -176,12 +179,12 @@ def _property_column(layout: Any) -> Any:
 
 
 def _draw_outcome(layout: Any, context: bpy.types.Context) -> None:
-    outcome = running.last_outcome
-    if outcome is None:
+    ended = outcome.last_outcome
+    if ended is None:
         return
     column = layout.column(align=True)
-    icon = outcome.icon
-    for line in outcome.lines:
+    icon = ended.icon
+    for line in ended.lines:
         _draw_text(column, context, line, icon)
         icon = "BLANK1"
 

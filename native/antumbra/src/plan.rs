@@ -1,6 +1,8 @@
 //! What a scene does not need: named, with the reason, for the report. Whatever is left out can be done anyway, so that
 //! tests can tell what it would have changed.
 
+use std::f64::consts::FRAC_PI_4;
+
 use glam::DVec3;
 
 use crate::report::{Kind, LeftOut, VisibilitySummary};
@@ -72,6 +74,11 @@ impl Plan {
     pub(crate) fn leaves_out_second_bounce(&mut self, bound: f64) -> bool {
         self.second_bounce = (bound <= SLIGHT && !self.anyway.second_bounce).then_some(bound);
         self.second_bounce.is_some()
+    }
+
+    /// Whether surfaces bring each other no light.
+    pub(crate) fn nothing_is_reflected(&self) -> bool {
+        self.no_reflection.is_some()
     }
 
     /// Whether surfaces are to exchange what they reflect.
@@ -183,13 +190,13 @@ const ON_PLANE: f64 = 1e-12;
 const MOST_LOOKS: usize = 20_000_000;
 
 /// Which blockers have all surfaces and lights on one side: what goes in a straight line from one thing to another does not
-/// pass them.
+/// pass them. A sun is on the side that all of it shines on.
 fn outer_faces(world: &World, blockers: &[ConvexPolygon]) -> Vec<bool> {
-    let endless = |lamp: &LampInput| matches!(lamp.shape, LampShape::Sun { .. });
-    if world.sky.is_some() || world.lamps.iter().any(endless) {
-        // What is far away is on the other side of something.
+    if world.sky.is_some() {
+        // It is on both sides of everything.
         return vec![false; blockers.len()];
     }
+    let suns: Vec<(DVec3, f64)> = world.lamps.iter().filter_map(sun).collect();
     let round = world.lamps.iter().filter_map(|lamp| match lamp.shape {
         LampShape::Point { position, radius, .. } => Some((position, AROUND * radius)),
         LampShape::Sun { .. } | LampShape::Panel { .. } => None,
@@ -212,11 +219,24 @@ fn outer_faces(world: &World, blockers: &[ConvexPolygon]) -> Vec<bool> {
                 looks += 1;
                 looks < MOST_LOOKS && (low >= -near || high <= near)
             };
-            points.iter().all(|&point| take(height(point), 0.0))
-                && round.iter().all(|&(centre, radius)| take(height(centre), radius))
+            let is_outer = points.iter().all(|&point| take(height(point), 0.0))
+                && round.iter().all(|&(centre, radius)| take(height(centre), radius));
+            let side = if low >= -near { 1.0 } else { -1.0 };
+            is_outer && suns.iter().all(|&(towards, least)| side * blocker.normal().dot(towards) > least)
         })
         .collect()
 }
+
+/// Where the middle of a sun is, a unit vector, and how far above a plane, as a cosine, it must be for all of it to be.
+fn sun(lamp: &LampInput) -> Option<(DVec3, f64)> {
+    let LampShape::Sun { direction, angle, .. } = lamp.shape else { return None };
+    let half = 0.5 * angle;
+    let least = if half < FRAC_PI_4 { AROUND * half.tan() + GRAZING } else { f64::INFINITY };
+    Some((direction.normalize(), least))
+}
+
+/// Cosine below which light grazes a plane: far above where the kernel snaps.
+const GRAZING: f64 = 1e-6;
 
 /// What holds something round, in radii: its polygon's corners are a little farther out.
 const AROUND: f64 = 1.01;

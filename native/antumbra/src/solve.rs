@@ -1,17 +1,18 @@
 //! The driver: the only place that loops over stages.
 
+mod ending;
+mod start;
+
 use std::time::Instant;
 
 use glam::DVec3;
 
-use crate::adapt::contact_lines::contacts;
 use crate::adapt::refinement::{EVEN, Hidden, Refinement};
-use crate::adapt::scene_lines::SceneLines;
 use crate::course::{Course, SHOOTING};
 use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
-use crate::mesh::coarse::{LEAST_AREA, Sizes, cut_into_patches, subdivide_to};
-use crate::mesh::{Cutting, Grading, Mesh, Quartering, tessellate};
+use crate::mesh::coarse::Sizes;
+use crate::mesh::{Cutting, Grading};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
 use crate::report::{
@@ -20,10 +21,11 @@ use crate::report::{
 use crate::scene::SceneInput;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings, Transport};
+use crate::solve::start::transport_for;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hierarchical::Hierarchical;
-use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
+use crate::transport::looking::Looking;
 use crate::transport::mode::Solution;
 use crate::transport::shooting::{PatchMesh, Shooting};
 use crate::transport::sources::{Emitters, blockers};
@@ -41,19 +43,9 @@ const SHARE_OF_PATCHES: f64 = 0.4;
 /// The same for the noise of rays.
 const SHARE_OF_RAYS: f64 = 0.4;
 
-/// Triangles up to which links carry the light unless something else is asked for: on the paper's scene, in the Cornell box
-/// and in two rooms they err less than shooting and take 1.0, 0.6 and 0.7 times as long. Pairs that are told apart grow with
-/// the square of the triangles: at a tolerance of 0.05 links took 0.4 and 0.8 times as long as looking around in scenes of 362
-/// and 350 triangles, and 2.1, 1.4 and 2.6 times in those of 814, 878 and 960, with as large or larger errors.
-const MOST_LINKED: usize = 500;
-
-/// Contacts shorter than this, in patches, do not divide patches: what leaks under such a thing is a sixteenth of a
-/// patch's area.
-const SMALL_CONTACT: f64 = 0.25;
-
-/// The same where patches look around, in patches that are smaller: inside the parts of a sofa that are pushed into each other
-/// it is dark.
-const LEAST_CONTACT: f64 = 1.0 / 64.0;
+/// What a ray or a link costs, in form factors: rays go through the tree four at a time, those that verify one by one. At 1
+/// verification took 11 to 13 % of the bakes of an interior.
+const OF_A_RAY: f64 = 0.6;
 
 /// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
 /// corner of a larger element knows of would be looked for in a few places only.
@@ -118,17 +110,16 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         plan,
         transport_mode,
         transport: TransportSummary::default(),
-        warnings: Vec::new(),
     };
     let (display, indirect_scale, unshot) = solver.solve()?;
-    solver.tell_guesses(&display);
 
     monitor.report(Progress { stage: Stage::Welding, ..monitor.progress() });
     let course = &solver.course;
     let errors = course.relative_errors(&display, &solver.shown);
     let meshes = weld(input, &world, &display, &course.layers(&display, indirect_scale), &errors, settings);
     monitor.check()?;
-    let work = form_factors.counts()[..3].iter().sum::<u64>() + solver.transport.links as u64;
+    let [exact, sampled, rays, _] = form_factors.counts();
+    let work = exact + sampled + (OF_A_RAY * (rays + solver.transport.links as u64) as f64) as u64;
     let (iterations, verification) = course.verify(&blockers, &meshes, &solver.shown, work)?;
     let visibility = VisibilitySummary::from(form_factors.counts());
     let result = ResultSummary {
@@ -143,7 +134,7 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         estimated_error: iterations.last().and_then(|last| last.estimated),
         verification,
     };
-    let mut report = Report {
+    let report = Report {
         scene: SceneSummary {
             objects: input.objects.len(),
             triangles: input.objects.iter().map(|object| object.triangles.len()).sum(),
@@ -152,15 +143,9 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
         timings: Timings { solve_s: start.elapsed().as_secs_f64() },
         memory: Memory::default(),
         timeline: iterations,
+        warnings: world.warnings.iter().cloned().chain(solver.warnings(&display, &result)).collect(),
         result,
-        warnings: world.warnings.iter().chain(&solver.warnings).cloned().collect(),
     };
-    if solver.out_of_budget && settings.triangle_budget == 0 {
-        report.warnings.push(format!(
-            "the mesh was not refined beyond {} triangles: set triangle_budget for a finer one, or a larger tolerance",
-            report.result.triangles
-        ));
-    }
     monitor.report(Progress { stage: Stage::Done, fraction: 1.0, ..monitor.progress() });
     Ok(Bake { meshes, report })
 }
@@ -192,8 +177,6 @@ struct Solver<'a> {
     /// Never left to the solver.
     transport_mode: Transport,
     transport: TransportSummary,
-    /// For the report.
-    warnings: Vec<String>,
 }
 
 impl<'a> Solver<'a> {
@@ -335,8 +318,14 @@ impl<'a> Solver<'a> {
                 Solution::Shooting(Box::new(shooting))
             }
             Transport::Hierarchical => {
-                let hierarchical =
+                let mut hierarchical =
                     Hierarchical::new(world, settings, monitor, form_factors, emitters, &patches, ends)?;
+                if self.plan.exchanges() {
+                    hierarchical.estimate(ends)?;
+                }
+                if self.plan.nothing_is_reflected() {
+                    hierarchical.know_all_light();
+                }
                 Solution::Hierarchical(Box::new(hierarchical))
             }
             Transport::Auto | Transport::Rays => {
@@ -364,74 +353,6 @@ impl<'a> Solver<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Whether the mesh starts from the patches' elements; the discontinuity methods start from the faces.
-    fn starts_coarse(&self) -> bool {
-        matches!(self.settings.method, Method::Uniform | Method::As)
-    }
-
-    /// Cuts the scene's faces into patches. Where the method knows contacts, no patch reaches under what stands on it:
-    /// its mean would carry light there.
-    fn patch_mesh(&self, sizes: Sizes, ends: &(dyn Fn() -> bool + Sync)) -> PatchMesh {
-        let (world, blockers) = (self.world, self.form_factors.blockers);
-        let look_around = self.transport_mode == Transport::Rays;
-        let shortest = if look_around {
-            patch_size(world, self.settings.effort) * LEAST_CONTACT
-        } else {
-            sizes.patch * SMALL_CONTACT
-        };
-        let mut mesh = match self.settings.method {
-            Method::Uniform | Method::As => Mesh::new(world),
-            Method::Dm | Method::Adm => {
-                let contacts = contacts(world, blockers, |_| true, shortest, f64::INFINITY);
-                Mesh::of_tiles(&tessellate(world, &contacts, |_| true, 0, None).0)
-            }
-        };
-        if look_around {
-            return patches_that_look_around(world, blockers, mesh, self.settings.effort, ends);
-        }
-        let elements = cut_into_patches(&mut mesh, sizes.patch, LEAST_AREA);
-        PatchMesh { mesh, elements, patch_size: sizes.patch }
-    }
-
-    /// The mesh that the method starts from: `coarse`, or where there is none the faces, cut along lines.
-    fn display_mesh(
-        &mut self,
-        coarse: Option<Mesh>,
-        sizes: Sizes,
-        exchange: &Solution,
-        ends: &(dyn Fn() -> bool + Sync),
-    ) -> Result<DisplayMesh<'a>, Error> {
-        let limit = u8::try_from(self.settings.max_level).unwrap_or(u8::MAX);
-        let world = self.world;
-        let Some(mut mesh) = coarse else {
-            let lines = SceneLines {
-                world,
-                settings: self.settings,
-                monitor: self.monitor,
-                form_factors: self.form_factors,
-                emitters: self.emitters,
-                shown: &self.shown,
-                shares: [SHARE_OF_EMITTERS, SHARE_OF_PATCHES],
-                looks_for_shadows: self.plan.looks_for_shadows(),
-            };
-            let lines = lines.find(exchange, ends)?;
-            // Bisecting twice does what quartering does once.
-            let deepest = limit.saturating_mul(2);
-            // A vertex makes two triangles, and its count is a guess; about half of them are left to refinement.
-            let lines = lines.worthwhile(self.settings.triangle_limit(world.faces.len()) / 5);
-            let (mut mesh, cutting) =
-                tessellate(world, &lines, |face| world.receives(face), deepest, sizes.grading);
-            self.cutting = cutting;
-            mesh.longest_edge = if self.settings.element_size > 0.0 { sizes.element } else { f64::INFINITY };
-            mesh.bisect_to(sizes.element, self.settings.triangle_limit(mesh.live), ends);
-            return Ok(DisplayMesh::Tessellated(mesh));
-        };
-        let shared_samples = mesh.samples.len();
-        let levels = subdivide_to(&mut mesh, world, sizes.element, self.settings.element_size > 0.0);
-        let deepest = levels.iter().map(|level| level.saturating_add(limit)).collect();
-        Ok(DisplayMesh::Quartered(Quartering { world, mesh, deepest, shared_samples }))
     }
 
     fn gather<'g>(
@@ -464,48 +385,6 @@ impl<'a> Solver<'a> {
             hidden,
             progress,
         }
-    }
-
-    /// Why it ended.
-    fn ended_by(&self) -> &'static str {
-        if self.monitor.wants_end() {
-            "stopped"
-        } else if self.course.ends()() {
-            "time_limit"
-        } else if self.out_of_budget && self.settings.triangle_budget == 0 {
-            "refinement_limit"
-        } else if self.out_of_budget {
-            "triangle_budget"
-        } else {
-            "converged"
-        }
-    }
-
-    /// Tells the user where light was not looked for.
-    fn tell_guesses(&mut self, display: &Display) {
-        let shown = if self.transport_mode == Transport::Rays {
-            "they show what their patches get, without finer shadows"
-        } else {
-            "they show none of it"
-        };
-        for (light, name) in [(Light::Direct, "light of emitters"), (Light::Indirect, "indirect light")] {
-            let share = display.guessed(light);
-            if share > 0.0 {
-                self.warnings.push(format!(
-                    "it ended before the {name} was looked for at {:.0} % of the vertices: {shown}",
-                    (100.0 * share).max(1.0)
-                ));
-            }
-        }
-    }
-}
-
-/// How surfaces exchange light in a scene, as asked for or as suits it.
-fn transport_for(world: &World, settings: &Settings) -> Transport {
-    match settings.transport {
-        Transport::Auto if world.faces.len() <= MOST_LINKED => Transport::Hierarchical,
-        Transport::Auto => Transport::Rays,
-        asked_for => asked_for,
     }
 }
 

@@ -2,11 +2,13 @@
 
 mod common;
 
+use antumbra::report::LeftOut;
+use antumbra::scene::{LampInput, LampShape};
 use antumbra::settings::{Anyway, Method, Settings, Transport};
 use antumbra::weld::{Bake, BakedMesh};
 use common::Random;
-use common::planned::{all_scenes, floor_alone};
-use common::scene::{adaptive, arriving};
+use common::planned::{all_scenes, floor_alone, in_a_room};
+use common::scene::{Scene, adaptive, arriving};
 use common::shape::Shape;
 use glam::DVec3;
 
@@ -38,8 +40,10 @@ fn without_reflection_nothing_is_exchanged_and_nothing_changes() {
     let settings = Settings { verify_points: 0, tolerance: 0.05, ..adaptive() };
     for transport in [Transport::Hierarchical, Transport::Shooting, Transport::Rays] {
         for (name, scene) in all_scenes() {
-            let needed = !["black floor and box", "floor alone"].contains(&name);
-            if transport == Transport::Rays && needed {
+            let not_needed =
+                ["black floor and box", "floor alone", "black boxes in a round sun", "floor in the sun"];
+            let needed = !not_needed.contains(&name);
+            if transport == Transport::Rays && (needed || name.contains("sun")) {
                 // It takes a minute, and is told by the same look.
                 continue;
             }
@@ -57,6 +61,19 @@ fn without_reflection_nothing_is_exchanged_and_nothing_changes() {
             }
         }
     }
+}
+
+/// Where all light stays, too.
+#[test]
+fn in_a_closed_black_room_nothing_changes_either() {
+    let mut scene = in_a_room();
+    scene.input.materials.iter_mut().for_each(|material| material.reflectance_rgb = [0.0; 3]);
+    let settings = arriving(Settings { verify_points: 0, tolerance: 0.05, ..adaptive() });
+    let anyway = Anyway { reflection: true, ..Anyway::default() };
+    let without = scene.bake(&settings);
+    let with = scene.bake(&Settings { anyway, ..settings });
+    assert!(leaves_out(&without, "reflection"));
+    assert_same(&without, &with, "black room");
 }
 
 /// A plate a hair above the floor sees it.
@@ -77,7 +94,9 @@ fn what_stands_elsewhere_hides_nothing() {
             let anyway = Anyway { open_visibility: true, ..Anyway::default() };
             let without = scene.bake(&settings);
             let with = scene.bake(&Settings { anyway, ..settings.clone() });
-            assert!(leaves_out(&without, "open_visibility") || name == "boxes in the sun", "{name}");
+            // A sun that is a point is no form factor, and the black boxes send each other none.
+            let of_points = name.contains("in the sun");
+            assert!(leaves_out(&without, "open_visibility") || of_points, "{name}");
             assert!(!leaves_out(&with, "open_visibility"), "{name}: {:?}", with.report.result.plan);
             let counts = [&without, &with].map(|bake| bake.report.result.visibility.sampled);
             println!(
@@ -97,13 +116,11 @@ fn what_stands_elsewhere_hides_nothing() {
 fn outer_faces_hide_nothing() {
     for method in [Method::Adm, Method::As] {
         for (name, scene) in all_scenes() {
-            // The sun shines from the other side of something.
-            let has_outer_faces = !["balls", "boxes in the sun"].contains(&name);
             let settings = Settings { verify_points: 0, tolerance: 0.05, method, ..adaptive() };
             let anyway = Anyway { outer_faces: true, ..Anyway::default() };
             let without = scene.bake(&settings);
             let with = scene.bake(&Settings { anyway, ..settings });
-            assert_eq!(leaves_out(&without, "outer_faces"), has_outer_faces, "{name}");
+            assert!(leaves_out(&without, "outer_faces"), "{name}");
             assert!(!leaves_out(&with, "outer_faces"), "{name}");
             println!("{method:?}, {name}: {:.0} % of the time", percent_of_time(&without, &with));
             // Where dozens of faces were to be looked at, rays were taken instead.
@@ -114,12 +131,51 @@ fn outer_faces_hide_nothing() {
     }
 }
 
+/// Of two plates a metre apart, the lower one hides a sun below from the upper one's underside, and is at the outside of all
+/// for one above.
+#[test]
+fn what_stands_before_a_sun_is_no_outer_face() {
+    let settings = arriving(Settings { verify_points: 0, ..adaptive() });
+    let outer = |bake: &Bake| {
+        let of = |left_out: &&LeftOut| left_out.name == "outer_faces";
+        bake.report.result.plan.iter().find(of).map(|left_out| left_out.saved.clone())
+    };
+    let under = |direction: DVec3, angle: f64| {
+        let mut scene = Scene::default();
+        let black = scene.material(0.0, 0.0);
+        scene.blocker("lower", Shape::square(DVec3::ZERO, 4.0), black);
+        let upper = Shape::square(DVec3::ZERO, 1.0).map(|p| DVec3::new(p.x, -p.y, 1.0 - p.z));
+        scene.object("upper", upper, black);
+        let shape = LampShape::Sun { direction, angle, irradiance_rgb: [1.0; 3] };
+        scene.input.lamps.push(LampInput::new("sun", shape));
+        scene.bake(&settings)
+    };
+    // The upper one is at the outside for the sun below, the lower one for that above.
+    let one_of_them = Some("1 of 2 faces and quadrilaterals".to_owned());
+    for angle in [0.0, 0.5] {
+        let below = under(-DVec3::Z, angle);
+        assert!(below.meshes[0].corner_radiance.as_flattened().iter().all(|&light| light == [0.0; 3]));
+        assert_eq!(outer(&below), one_of_them);
+        assert_eq!(outer(&under(DVec3::new(0.2, 0.0, 1.0), angle)), one_of_them);
+    }
+    // Half of a wide sun is below the horizon.
+    assert_eq!(outer(&under(DVec3::new(1.0, 0.0, 0.1), 0.5)), None);
+}
+
 /// What a switch is called, how it is forced off, and the scenes in which it leaves something out.
 type Switch = (&'static str, fn(&mut Anyway), &'static [&'static str]);
 
 const EXACT: [Switch; 3] = [
-    ("occlusion", |anyway| anyway.occlusion = true, &["floor alone", "empty room", "rotunda"]),
-    ("shadow_lines", |anyway| anyway.shadow_lines = true, &["floor alone", "empty room", "rotunda"]),
+    (
+        "occlusion",
+        |anyway| anyway.occlusion = true,
+        &["floor alone", "empty room", "rotunda", "floor in the sun"],
+    ),
+    (
+        "shadow_lines",
+        |anyway| anyway.shadow_lines = true,
+        &["floor alone", "empty room", "rotunda", "floor in the sun"],
+    ),
     (
         "facing_away",
         |anyway| anyway.facing_away = true,
@@ -163,7 +219,7 @@ fn light_at(mesh: &BakedMesh, source: u32, place: DVec3) -> DVec3 {
 }
 
 /// Rms difference of two bakes over their surfaces, relative to the mean of the second.
-fn difference(one: &Bake, other: &Bake, scene: &common::scene::Scene) -> f64 {
+fn difference(one: &Bake, other: &Bake, scene: &Scene) -> f64 {
     let mut random = Random(5);
     let (mut squares, mut sum, mut area) = (0.0, 0.0, 0.0);
     for (one, other) in one.meshes.iter().zip(&other.meshes) {

@@ -5,7 +5,7 @@ mod common;
 
 use antumbra::settings::{Anyway, Settings};
 use antumbra::weld::Bake;
-use common::planned::{all_scenes, boxes_in_the_sun, empty_room, floor_and_box, rotunda};
+use common::planned::{all_scenes, boxes_in_the_sun, empty_room, floor_and_box, in_a_round_sun, rotunda};
 use common::scene::{Scene, adaptive, arriving};
 use cpu_time::ProcessTime;
 use peak_alloc::PeakAlloc;
@@ -105,6 +105,8 @@ fn what_the_plan_saves() {
         ("without second bounce: dark floor and box", floor_and_box(0.001, 0.001), &reflected),
         ("a sun alone: boxes that reflect 0.3", boxes_in_the_sun(0.3), &reflected),
         ("a sun alone: black boxes", boxes_in_the_sun(0.0), &direct),
+        ("a round sun alone: boxes that reflect 0.3", in_a_round_sun(boxes_in_the_sun(0.3)), &reflected),
+        ("a round sun alone: black boxes", in_a_round_sun(boxes_in_the_sun(0.0)), &direct),
     ] {
         let (taken, bake) = both(&scene, settings, Anyway::EVERYTHING);
         let names: Vec<&str> = bake.report.result.plan.iter().map(|left_out| left_out.name).collect();

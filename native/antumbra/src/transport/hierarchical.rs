@@ -65,6 +65,8 @@ pub(crate) struct Hierarchical<'a> {
     direct: Vec<Received>,
     /// Mean radiosity that the baked surfaces show, W/m².
     mean_shown: f64,
+    /// The same of what emitters bring, as it was first found.
+    mean_of_direct: f64,
     system: System,
     /// Whether more than an estimate is known.
     solved: bool,
@@ -73,10 +75,10 @@ pub(crate) struct Hierarchical<'a> {
 }
 
 impl<'a> Hierarchical<'a> {
-    /// A first estimate of all light, from a hierarchy over the roots of a mesh, in elements of the size of patches.
+    /// What emitters bring to a hierarchy over the roots of a mesh, in elements of the size of patches.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
+    /// [`Error::Cancelled`].
     pub(crate) fn new(
         world: &'a World,
         settings: &'a Settings,
@@ -99,6 +101,7 @@ impl<'a> Hierarchical<'a> {
             light: NodeLight::default(),
             direct: Vec::new(),
             mean_shown: 0.0,
+            mean_of_direct: 0.0,
             system: System::default(),
             solved: false,
             caught: Vec::new(),
@@ -113,9 +116,24 @@ impl<'a> Hierarchical<'a> {
         this.gather_direct(None, ends)?;
         this.propagate(&this.reflected_direct());
         // What is shown may get none of it directly
-        this.mean_shown = this.mean_shown.max(this.mean_of(&this.irradiance_of_direct()));
-        this.exchange(ESTIMATE, None, ends)?;
+        this.mean_of_direct = this.mean_of(&this.irradiance_of_direct());
+        this.mean_shown = this.mean_shown.max(this.mean_of_direct);
         Ok(this)
+    }
+
+    /// A first estimate of all light.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
+    pub(crate) fn estimate(&mut self, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
+        self.exchange(ESTIMATE, None, ends)
+    }
+
+    /// Says that what emitters bring is all the light there is.
+    pub(crate) fn know_all_light(&mut self) {
+        if self.mean_of_direct != 0.0 {
+            self.mean_shown = self.mean_of_direct;
+        }
     }
 
     /// Once the display mesh knows the emitters' light: takes it over and solves for the rest.

@@ -69,6 +69,8 @@ pub(crate) fn all_scenes() -> Vec<(&'static str, Scene)> {
     vec![
         ("rotunda", rotunda()),
         ("boxes in the sun", boxes_in_the_sun(0.3)),
+        ("black boxes in a round sun", in_a_round_sun(boxes_in_the_sun(0.0))),
+        ("floor in the sun", floor_in_the_sun()),
         ("dark floor and box", floor_and_box(0.002, 0.002)),
         ("black floor and box", floor_and_box(0.0, 0.0)),
         ("floor and box", floor_and_box(0.5, 0.3)),
@@ -77,6 +79,23 @@ pub(crate) fn all_scenes() -> Vec<(&'static str, Scene)> {
         ("empty room", empty_room()),
         ("balls", balls()),
     ]
+}
+
+/// The same with a sun as wide as the real one.
+pub(crate) fn in_a_round_sun(mut scene: Scene) -> Scene {
+    for lamp in &mut scene.input.lamps {
+        if let LampShape::Sun { angle, .. } = &mut lamp.shape {
+            *angle = 0.009;
+        }
+    }
+    scene
+}
+
+/// The ground of the boxes alone.
+pub(crate) fn floor_in_the_sun() -> Scene {
+    let mut scene = boxes_in_the_sun(0.3);
+    scene.input.objects.truncate(1);
+    scene
 }
 
 /// A closed room of twenty walls, everything in it at its outside: nothing casts a shadow.
