@@ -1,6 +1,6 @@
 //! `start`: checks the settings and moves the scene into a solving thread.
 
-use antumbra::settings::{Anyway, Method, Quantity, Settings, Transport};
+use antumbra::settings::{Anyway, Effort, Method, Quantity, Settings, Transport};
 use pyo3::prelude::*;
 
 use crate::errors::{invalid_setting, to_python};
@@ -69,6 +69,7 @@ pub(crate) fn start(
         separate_layers: choice(py, "layers", layers, &[("TOTAL", false), ("SEPARATE", true)])?,
         verify_points: count(py, "verify_points", verify_points)?,
         anyway: Anyway::default(),
+        effort: Effort::default(),
         threads: count(py, "threads", threads)?,
     };
     settings.validate().map_err(|error| to_python(py, &error))?;

@@ -6,7 +6,7 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use antumbra::settings::{Method, Settings, Transport};
+use antumbra::settings::{Effort, Method, Settings, Transport};
 use antumbra::weld::Bake;
 use common::Random;
 use common::baked::{all_light, assert_sound, corners};
@@ -174,18 +174,67 @@ fn a_scene_of_nothing_but_hairs_is_not_cut_by_their_length() {
     let hair = |x: f64| Shape::quad(DVec3::X * x, DVec3::X * 1e-5, DVec3::Y * 0.5);
     scene.object("hairs", all_of([0.0, 0.01].map(hair)), grey);
     scene.light(&lamp(DVec3::new(0.0, 0.2, 1.0), 0.2), 20.0);
-    for method in [Method::Adm, Method::As] {
-        let bake = scene.bake(&Settings {
-            transport: Transport::Hierarchical,
-            tolerance: 0.3,
-            verify_points: 0,
-            ..by(method)
-        });
+    let ways = [
+        (Method::Adm, Transport::Hierarchical, 20_000),
+        (Method::As, Transport::Hierarchical, 20_000),
+        // Both sides of patches, which are 20,000 squares or up to four times as many
+        (Method::Adm, Transport::Rays, 2 * 80_000),
+        (Method::As, Transport::Rays, 2 * 80_000),
+    ];
+    for (method, transport, most) in ways {
+        let bake = scene.bake(&Settings { transport, tolerance: 0.3, verify_points: 0, ..by(method) });
         assert_sound(&scene.input, &bake);
         let elements = bake.report.result.transport.elements;
-        assert!(elements <= 20_000, "{method:?}: {elements} patches");
+        println!("{method:?}, {transport:?}: {elements} patches");
+        assert!(elements <= most, "{method:?}, {transport:?}: {elements} patches");
         assert!(all_light(&bake).all(|light| light.y > 0.0), "{method:?}: one is dark");
     }
+}
+
+/// The same of triangles: clusters of what is linked are divided by a rule of their own, and took gigabytes.
+#[test]
+fn a_scene_of_nothing_but_slender_triangles_is_not_cut_by_their_length() {
+    let mut scene = Scene::default();
+    let grey = scene.material(0.5, 0.0);
+    let hair = |x: f64| Shape {
+        positions: vec![DVec3::X * x, DVec3::X * (x + 1e-5), DVec3::new(x, 0.5, 0.0)],
+        triangles: vec![[0, 1, 2]],
+        corner_normals: None,
+    };
+    scene.object("hairs", all_of([0.0, 0.01].map(hair)), grey);
+    scene.light(&lamp(DVec3::new(0.0, 0.2, 1.0), 0.2), 20.0);
+    for transport in [Transport::Hierarchical, Transport::Shooting, Transport::Rays] {
+        let bake = scene.bake(&Settings { transport, tolerance: 0.3, verify_points: 0, ..by(Method::As) });
+        assert_sound(&scene.input, &bake);
+        let elements = bake.report.result.transport.elements;
+        println!("{transport:?}: {elements} patches");
+        assert!(elements <= 2 * 80_000, "{transport:?}: {elements} patches");
+        assert!(all_light(&bake).all(|light| light.y > 0.0), "{transport:?}: one is dark");
+    }
+}
+
+/// Strips just above a floor: every patch of it lies half below one, down to a 256th of a patch.
+#[test]
+fn a_scene_of_nothing_but_crevices_is_cut_so_far_only() {
+    let mut scene = Scene::default();
+    let grey = scene.material(0.5, 0.0);
+    scene.object("floor", Shape::square(DVec3::ZERO, 0.5), grey);
+    let strip = |k: i32| Shape::quad(DVec3::new(-0.5, 0.02 * f64::from(k), 1e-4), DVec3::X, DVec3::Y * 0.01);
+    scene.object("strips", all_of((-25..25).map(strip)), grey);
+    scene.light(&lamp(DVec3::new(0.0, 0.2, 1.0), 0.2), 20.0);
+    let effort = Effort { patches: 200.0, rays: 1e4, ..Effort::default() };
+    let bake = scene.bake(&Settings {
+        transport: Transport::Rays,
+        tolerance: 0.3,
+        verify_points: 0,
+        effort,
+        ..by(Method::As)
+    });
+    assert_sound(&scene.input, &bake);
+    let elements = bake.report.result.transport.elements;
+    println!("{elements} sides of patches");
+    // Squares, and 64 times as many again
+    assert!(elements <= 2 * (4 + 64) * 200, "{elements} patches");
 }
 
 /// What is baked shows no light at all: no error relative to that is small enough, and all links there can be were once made.

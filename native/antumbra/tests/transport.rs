@@ -93,18 +93,70 @@ fn an_open_room_is_not_said_to_keep_its_light() {
 
 #[test]
 fn a_closed_room_that_reflects_everything_is_refused_by_name() {
-    let Err(Error::EndlessLight { surfaces }) = furnace(1.0).try_bake(&by_links()) else {
+    for settings in [by_links(), by_shooting()] {
+        let Err(Error::EndlessLight { surfaces }) = furnace(1.0).try_bake(&settings) else {
+            panic!("it has no solution")
+        };
+        assert_eq!(surfaces, "“furnace”");
+        // One channel is enough
+        let mut scene = furnace(0.5);
+        scene.input.materials[0].reflectance_rgb = [0.5, 1.0, 0.5];
+        assert!(matches!(scene.try_bake(&settings), Err(Error::EndlessLight { .. })));
+        // Not where nothing is emitted in it
+        scene.input.materials[0].exitance_rgb = [1.0, 0.0, 1.0];
+        let lights: Vec<DVec3> = all_light(&scene.bake(&settings)).collect();
+        for light in lights {
+            assert!(light.y == 0.0 && (light.x - 2.0).abs() < 2e-6, "{light}");
+        }
+    }
+}
+
+/// A white box around a lamp, closed: what is outside is not asked.
+fn lit_safe(walls: [f64; 3]) -> Scene {
+    let mut scene = room();
+    let white = scene.material(1.0, 0.0);
+    scene.input.materials[white as usize].reflectance_rgb = walls;
+    scene.blocker("safe", Shape::room(DVec3::splat(0.4)).map(|p| p + DVec3::splat(0.3)), white);
+    scene.light(&lamp(DVec3::splat(0.5), 0.1), 10.0);
+    scene
+}
+
+/// Not even where nobody would see it: shots would go on for ever, and others never come to shoot.
+#[test]
+fn shooting_refuses_light_in_a_white_box_that_is_not_baked() {
+    let Err(Error::EndlessLight { surfaces }) = lit_safe([0.5, 0.5, 1.0]).try_bake(&by_shooting()) else {
         panic!("it has no solution")
     };
-    assert_eq!(surfaces, "“furnace”");
-    // One channel is enough
-    let mut scene = furnace(0.5);
-    scene.input.materials[0].reflectance_rgb = [0.5, 1.0, 0.5];
-    assert!(matches!(scene.try_bake(&by_links()), Err(Error::EndlessLight { .. })));
-    // Not where nothing is emitted in it
-    scene.input.materials[0].exitance_rgb = [1.0, 0.0, 1.0];
-    let lights: Vec<DVec3> = all_light(&scene.bake(&by_links())).collect();
-    assert!(lights.iter().all(|light| light.y == 0.0 && (light.x - 2.0).abs() < 2e-6));
+    assert_eq!(surfaces, "“safe”");
+    // What one wall absorbs of a channel is no help for another, and enough for its own
+    let mut scene = lit_safe([1.0; 3]);
+    let (red, cyan) = (scene.material(0.0, 0.0), scene.material(0.0, 0.0));
+    scene.input.materials[red as usize].reflectance_rgb = [1.0, 0.9, 0.9];
+    scene.input.materials[cyan as usize].reflectance_rgb = [0.9, 1.0, 1.0];
+    let safe = scene.input.objects.last_mut().expect("it is there");
+    for (index, material) in safe.triangle_materials.iter_mut().enumerate() {
+        *material = if index < 6 { red } else { cyan };
+    }
+    assert_sound(&scene.input, &scene.bake(&Settings { tolerance: 0.1, ..by_shooting() }));
+}
+
+/// Each receiver's form factors sum to 1: no light grows from shot to shot, and where next to nothing is absorbed it ends.
+#[test]
+fn shooting_ends_however_much_a_furnace_reflects() {
+    for reflectance in [0.99, 1.0 - 1e-9] {
+        let bake = furnace(reflectance).bake(&Settings { tolerance: 0.1, ..by_shooting() });
+        let result = &bake.report.result;
+        let expected = 1.0 / (1.0 - reflectance);
+        let mean = mean(&bake.meshes).y / expected;
+        println!(
+            "rho {reflectance}: {mean} of the light, {} shots, {:e} left",
+            result.transport.iterations, result.unshot
+        );
+        assert!(mean > 0.0 && mean < 1.01, "{mean} of the light");
+        if reflectance < 0.995 {
+            assert!((mean - 1.0).abs() < 1e-5, "{mean} of the light");
+        }
+    }
 }
 
 #[test]

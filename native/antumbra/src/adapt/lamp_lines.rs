@@ -8,8 +8,9 @@
 //! polygon that a disc is not, bend nothing. Which disc a light without falloff shows depends on the receiver, for its lines
 //! it is the one that the edge sees.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use smallvec::{SmallVec, smallvec};
 
 use crate::adapt::line_choice::{ENDS, ShadowLine};
 use crate::adapt::line_search::{LineSearch, MOST_CANDIDATES, Part, Seen, line};
@@ -32,6 +33,9 @@ const PROBES: [f64; 8] = [0.02, 0.13, 0.27, 0.42, 0.58, 0.73, 0.87, 0.98];
 
 /// The same for lines of penumbrae, where each look costs more.
 const PROBES_OF_SOFT: [f64; 3] = [0.15, 0.5, 0.85];
+
+/// Lines of a lamp on a face up to which it is looked where they cross: the looks grow with their square.
+const MOST_CROSSING: usize = 64;
 
 /// Distance of the probes from a line, relative to the face: far above the rounding of the line and of the grid.
 const BESIDE: f64 = 1e-6;
@@ -125,28 +129,41 @@ impl LineSearch<'_> {
         edges.dedup();
 
         // Their shadows on the face
+        let length = |part: Part| plate.at(part[0]).distance(plate.at(part[1]));
         let mut add = |part: Part, kind: LineKind, error: f64| {
-            let removes = removes(error, plate.at(part[0]).distance(plate.at(part[1])));
+            let removes = removes(error, length(part));
             if least.is_none_or(|least| removes >= least)
                 && let Some(line) = line(part, kind)
             {
                 lines.push(ShadowLine::new(line, removes, self.allowed));
             }
         };
-        for edge in edges {
+        let thrown = |edge: u32, apex: Apex| {
+            let silhouette = self.edges.is_silhouette_from(edge, apex);
             let ends = self.edges.edge(edge).ends;
-            let thrown = |apex: Apex| {
-                let silhouette = self.edges.is_silhouette_from(edge, apex);
-                silhouette.then(|| shadow_of_edge(apex, ends, &plate.plane, plate.reach)).flatten()
-            };
-            if lamp.is_sharp() {
-                if let Some(part) = thrown(apex).and_then(|traced| clip_to_triangle(traced, plate.corners)) {
-                    add(part, LineKind::Sharp, 0.5 * plate.jump(part, light));
+            silhouette.then(|| shadow_of_edge(apex, ends, &plate.plane, plate.reach)).flatten()
+        };
+        if lamp.is_sharp() {
+            let on_face = |edge: u32| clip_to_triangle(thrown(edge, apex)?, plate.corners);
+            let parts: Vec<Part> = edges.into_iter().filter_map(on_face).collect();
+            for &part in &parts {
+                let error = 0.5 * plate.jump(part, light);
+                let pays =
+                    |error: f64, part: Part| least.is_none_or(|least| removes(error, length(part)) >= least);
+                if pays(error, part) || parts.len() > MOST_CROSSING {
+                    add(part, LineKind::Sharp, error);
+                    continue;
                 }
-                continue;
+                // What borders a pinhole's spot is a short piece of a long edge's shadow
+                for piece in between_crossings(part, &parts).filter(|&piece| pays(0.5 * most, piece)) {
+                    add(piece, LineKind::Sharp, 0.5 * plate.jump_at(0.5, piece, light));
+                }
             }
-            let Some(borders) = lamp.tangents(ends) else { continue };
-            let borders = borders.map(thrown);
+            return;
+        }
+        for edge in edges {
+            let Some(borders) = lamp.tangents(self.edges.edge(edge).ends) else { continue };
+            let borders = borders.map(|apex| thrown(edge, apex));
             for (border, other) in [(borders[0], borders[1]), (borders[1], borders[0])] {
                 let (Some(border), Some(other)) = (border, other) else { continue };
                 if let Some(part) = clip_to_triangle(border, plate.corners) {
@@ -186,13 +203,15 @@ impl Plate {
 
     /// The largest jump of light across a line, over the channels, W/m².
     fn jump(&self, part: Part, light: &mut impl FnMut(DVec3) -> DVec3) -> f64 {
+        PROBES.into_iter().map(|t| self.jump_at(t, part, light)).fold(0.0, f64::max)
+    }
+
+    /// The jump of light at a share of a line's length, over the channels, W/m².
+    fn jump_at(&self, t: f64, part: Part, light: &mut impl FnMut(DVec3) -> DVec3) -> f64 {
         let [from, to] = part.map(|weights| self.at(weights));
         let across = BESIDE * self.reach * self.plane.normal.cross(to - from).normalize_or_zero();
-        let mut jump_at = |t: f64| {
-            let middle = from.lerp(to, t);
-            rms(light(middle - across) - light(middle + across))
-        };
-        PROBES.into_iter().map(&mut jump_at).fold(0.0, f64::max)
+        let middle = from.lerp(to, t);
+        rms(light(middle - across) - light(middle + across))
     }
 
     /// By how much light on a line differs from the mean of what it is a penumbra's width to either side, at most.
@@ -209,6 +228,28 @@ impl Plate {
         };
         PROBES_OF_SOFT.into_iter().map(&mut bend_at).fold(0.0, f64::max)
     }
+}
+
+/// The pieces of a line between those that cross it or end on it: all of one piece lies in the same shadows.
+fn between_crossings(part: Part, others: &[Part]) -> impl Iterator<Item = Part> {
+    let flat = |weights: DVec3| DVec2::new(weights.y, weights.z);
+    let from = flat(part[0]);
+    let along = flat(part[1]) - from;
+    let mut crossings: SmallVec<[f64; 8]> = smallvec![0.0, 1.0];
+    for other in others {
+        let start = flat(other[0]) - from;
+        let across = flat(other[1]) - flat(other[0]);
+        let turn = along.perp_dot(across);
+        let [t, u] = [start.perp_dot(across) / turn, start.perp_dot(along) / turn];
+        // Of parallel lines, neither is a number between 0 and 1
+        if (-BESIDE..=1.0 + BESIDE).contains(&u) && t > 0.0 && t < 1.0 {
+            crossings.push(t);
+        }
+    }
+    crossings.sort_unstable_by(f64::total_cmp);
+    let ends = crossings.into_iter().map(move |t| part[0].lerp(part[1], t));
+    let next = ends.clone().skip(1);
+    ends.zip(next).map(|(from, to)| [from, to])
 }
 
 /// The squared error that a line removes, about, W²/m²: without it the light is off by `error` in elements as wide as the

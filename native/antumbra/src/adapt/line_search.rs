@@ -21,7 +21,7 @@ use crate::scene::world::World;
 use crate::shadow::boundary::{Plane, clip_to_triangle, trace};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::wedge::{WedgeCache, WedgeId};
-use crate::transport::form_factors::{CLUSTER_SIZE, clusters};
+use crate::transport::clusters::{CLUSTER_SIZE, clusters};
 use crate::transport::gather::rms;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::screens::{Body, Unscreened};

@@ -4,7 +4,8 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use crate::lamps::{Lamp, SeenPolygon, Sight};
-use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
+use crate::transport::clusters::Clustered;
+use crate::transport::form_factors::{Candidates, FormFactors, Workspace};
 use crate::transport::gather::{Arrived, rms};
 use crate::visibility::{Receiver, covers, hides};
 

@@ -11,7 +11,8 @@ use glam::DVec3;
 
 use crate::lamps::BEYOND;
 use crate::scene::world::World;
-use crate::transport::form_factors::{Candidates, Clustered, FormFactors, Workspace};
+use crate::transport::clusters::Clustered;
+use crate::transport::form_factors::{Candidates, FormFactors, Workspace};
 use crate::transport::gather::{Arrived, rms};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::splitmix;

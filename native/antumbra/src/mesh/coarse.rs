@@ -57,10 +57,8 @@ pub(crate) const LEAST_AREA: f64 = 1.0 / 16.0;
 ///
 /// `least_area`: in such squares, of what is cut for its length alone.
 pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64, least_area: f64) -> Vec<ElementId> {
-    let fits = |mesh: &Mesh, element: &Element| {
-        element.area <= least_area * size * size
-            || ((2.0 * element.area).sqrt() <= size && longest_edge(mesh, element) <= LONGEST_PATCH * size)
-    };
+    let fits =
+        |mesh: &Mesh, element: &Element| fits(element.area, longest_edge(mesh, element), size, least_area);
     let mut patches = Vec::new();
     let mut open: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).rev().collect();
     while let Some(id) = open.pop() {
@@ -76,6 +74,27 @@ pub(crate) fn cut_into_patches(mesh: &mut Mesh, size: f64, least_area: f64) -> V
         open.extend(children.into_iter().rev());
     }
     patches
+}
+
+/// How many patches [`cut_into_patches`] makes; a number that need not fit into memory.
+pub(crate) fn patches_of(mesh: &Mesh, size: f64, least_area: f64) -> f64 {
+    let of_root = |root: ElementId| {
+        let element = mesh.element(root);
+        let (mut area, mut longest, mut count) = (element.area, longest_edge(mesh, element), 1.0);
+        // Quarters of a triangle are like it
+        for _ in element.level..DEEPEST_COARSE {
+            if fits(area, longest, size, least_area) {
+                break;
+            }
+            (area, longest, count) = (0.25 * area, 0.5 * longest, 4.0 * count);
+        }
+        count
+    };
+    ElementId::range(0..mesh.roots.len()).map(of_root).sum()
+}
+
+fn fits(area: f64, longest: f64, size: f64, least_area: f64) -> bool {
+    area <= least_area * size * size || ((2.0 * area).sqrt() <= size && longest <= LONGEST_PATCH * size)
 }
 
 /// Subdivides the faces of what is baked until no edge is longer than `size`; of slivers, unless the user wants that size,

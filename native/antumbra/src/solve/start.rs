@@ -38,8 +38,11 @@ impl<'a> Solver<'a> {
     pub(super) fn patch_mesh(&self, sizes: Sizes, ends: &(dyn Fn() -> bool + Sync)) -> PatchMesh {
         let (world, blockers) = (self.world, self.form_factors.blockers);
         let look_around = self.transport_mode == Transport::Rays;
-        let shortest =
-            if look_around { patch_size(world) * LEAST_CONTACT } else { sizes.patch * SMALL_CONTACT };
+        let shortest = if look_around {
+            patch_size(world, self.settings.effort) * LEAST_CONTACT
+        } else {
+            sizes.patch * SMALL_CONTACT
+        };
         let mut mesh = match self.settings.method {
             Method::Uniform | Method::As => Mesh::new(world),
             Method::Dm | Method::Adm => {
@@ -48,7 +51,7 @@ impl<'a> Solver<'a> {
             }
         };
         if look_around {
-            return patches_that_look_around(world, blockers, mesh, ends);
+            return patches_that_look_around(world, blockers, mesh, self.settings.effort, ends);
         }
         let elements = cut_into_patches(&mut mesh, sizes.patch, LEAST_AREA);
         PatchMesh { mesh, elements, patch_size: sizes.patch }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::mesh::Side;
+use crate::transport::endless::Endless;
 use crate::transport::form_factors::FormFactorPair;
 use crate::transport::sources::{PatchId, SourceId, Sources};
 
@@ -11,10 +12,12 @@ use crate::transport::sources::{PatchId, SourceId, Sources};
 const MOST_CLOSING: f64 = 2.0;
 
 /// The power balance of a solution by shooting, per colour channel.
-#[derive(Debug, Clone)]
+#[derive(Default)]
 pub(crate) struct Balance {
     /// Radiosity that each source has not sent yet, W/m².
     pub(crate) unshot: Vec<DVec3>,
+    /// What would go on for ever, and is left out.
+    endless: Endless,
     /// Irradiance of each patch, front and back, W/m².
     patch_irradiance: Vec<[DVec3; 2]>,
     /// Power sent, and power that arrived anywhere, W.
@@ -27,17 +30,25 @@ impl Balance {
     /// The emitters have shot; what they brought is unshot reflected light.
     ///
     /// `emitted`: their power, W. `direct`: mean irradiance of every patch, front and back, W/m².
-    pub(crate) fn new(sources: &Sources, emitted: DVec3, direct: Vec<[DVec3; 2]>) -> Self {
+    pub(crate) fn new(sources: &Sources, emitted: DVec3, direct: Vec<[DVec3; 2]>, endless: Endless) -> Self {
         let mut unshot = vec![DVec3::ZERO; sources.len()];
         let mut landed = DVec3::ZERO;
         for (index, (irradiance, patch)) in direct.iter().zip(&sources.patches).enumerate() {
             for side in Side::BOTH {
                 let irradiance = irradiance[side as usize];
                 landed += irradiance * patch.polygon.area();
-                unshot[Sources::of_patch(PatchId::new(index), side).index()] = patch.reflectance * irradiance;
+                let source = Sources::of_patch(PatchId::new(index), side).index();
+                unshot[source] = endless.without(source, patch.reflectance * irradiance);
             }
         }
-        Self { unshot, patch_irradiance: direct, shot: emitted, landed, landed_indirect: DVec3::ZERO }
+        Self {
+            unshot,
+            endless,
+            patch_irradiance: direct,
+            shot: emitted,
+            landed,
+            landed_indirect: DVec3::ZERO,
+        }
     }
 
     /// The source with the most unshot power; none when none has any.
@@ -69,13 +80,22 @@ impl Balance {
                 if mean != 0.0 {
                     self.patch_irradiance[index][side as usize] += mean * radiosity;
                     landed += mean * patch.polygon.area() * radiosity;
-                    let reflected = Sources::of_patch(PatchId::new(index), side);
-                    self.unshot[reflected.index()] += patch.reflectance * mean * radiosity;
+                    let reflected = Sources::of_patch(PatchId::new(index), side).index();
+                    let reflects = patch.reflectance * mean * radiosity;
+                    self.unshot[reflected] += self.endless.without(reflected, reflects);
                 }
             }
         }
         self.landed += landed;
         self.landed_indirect += landed;
+    }
+
+    /// Power that waits to be sent, over the channels, W.
+    pub(crate) fn unshot_power(&self, sources: &Sources) -> f64 {
+        let power = |(index, unshot): (usize, &DVec3)| {
+            unshot.abs().element_sum() * sources.area(SourceId::new(index))
+        };
+        self.unshot.iter().enumerate().map(power).sum()
     }
 
     /// Share of all light that has not arrived yet: 1 at first, towards 0.

@@ -20,13 +20,14 @@ const RAYS: usize = 8;
 /// meet it is less, on patches that touch the other wall.
 const GAPS: [(f64, f64); 2] = [(0.125, 0.125), (0.03, 0.03)];
 
-/// Quarters patches until none lies half in a crevice, they are smaller than a square of `smallest` metres, or it has to
-/// end. In order.
+/// Quarters patches until none lies half in a crevice, they are smaller than a square of `smallest` metres, there would be more
+/// than `most` of them, or it has to end. In order.
 pub(crate) fn cut_at_crevices(
     mesh: &mut Mesh,
     blockers: &Blockers,
     patches: Vec<ElementId>,
     smallest: f64,
+    most: usize,
     ends: &(dyn Fn() -> bool + Sync),
 ) -> Vec<ElementId> {
     let directions = Directions::square(RAYS);
@@ -36,6 +37,10 @@ pub(crate) fn cut_at_crevices(
         let cut: Vec<bool> = (open.par_iter())
             .map(|&id| !ends() && is_half_covered(mesh, blockers, id, smallest, &directions))
             .collect();
+        if fitting.len() + open.len() + 3 * cut.iter().filter(|&&cut| cut).count() > most {
+            fitting.extend(open);
+            break;
+        }
         let mut parts = Vec::new();
         for (id, cut) in open.into_iter().zip(cut) {
             if !cut {

@@ -1,34 +1,29 @@
 //! Visible form factors from many samples to one source: exact where it pays, by counted rays in a crowd.
 //!
-//! Samples are gathered in clusters of neighbours; one shaft per cluster finds the polygons that could block any of
-//! them. Most shafts are empty.
+//! Samples are gathered in clusters of neighbours (`clusters`); one shaft per cluster finds the polygons that could block any
+//! of them (`narrowing`). Most shafts are empty.
 
-use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use smallvec::SmallVec;
 
+use crate::transport::clusters::Clustered;
 use crate::visibility::blockers::{Blockers, TooMany};
 use crate::visibility::rays::visible_share;
-use crate::visibility::shaft::{BOX_EDGES, Shaft, box_corners};
+use crate::visibility::shaft::Shaft;
 use crate::visibility::{
     ConvexPolygon, Receiver, Scratch, Weight, grey, unoccluded_form_factor, unoccluded_weighted,
     visible_weighted,
 };
-
-/// Points in a cluster, at most. One shaft costs as much as a few exact evaluations, so fewer points share it too
-/// seldom; more make a box so wide that distant sources fall into many parts for it. Measured on two closed rooms at
-/// 8, 16 and 32: CPU time 1.0 to 1.3, 0.9 and 1.0 relative to 32; rays, the sign of crowded shafts, 1, 3 and 10.
-pub(crate) const CLUSTER_SIZE: usize = 16;
 
 /// Candidates of a cluster's shaft beyond which every sample asks for its own: each candidate costs every sample of
 /// the cluster about 10 ns to reject.
 const MOST_SHARED: usize = 96;
 
 /// Candidates up to which the exact form factor is always used; it then costs less than four rays.
-const ALWAYS_EXACT: usize = 16;
+pub(super) const ALWAYS_EXACT: usize = 16;
 
 /// As many rays cost no more than asking for a receiver's own candidates, and are used at once.
 const FEW_RAYS: u32 = 2;
@@ -62,7 +57,7 @@ pub(crate) struct Found {
 
 impl Found {
     /// Of all light of any channel, with its share.
-    fn of(value: f64, filter: DVec3, noise: f64) -> Self {
+    pub(super) fn of(value: f64, filter: DVec3, noise: f64) -> Self {
         Self { value, filter, noise }
     }
 
@@ -113,7 +108,7 @@ pub(crate) struct Workspace {
     own: Vec<u32>,
     pub(crate) shared: Vec<u32>,
     /// What was narrowed down for a cluster, one list after the other.
-    narrowed: Vec<u32>,
+    pub(super) narrowed: Vec<u32>,
     /// Sources that a cluster was put to, and those that it faces away from.
     pairs: [u64; 2],
 }
@@ -137,7 +132,7 @@ impl Workspace {
 /// Evaluates form factors in one scene.
 pub(crate) struct FormFactors<'a> {
     pub(crate) blockers: &'a Blockers,
-    shortcuts: Shortcuts,
+    pub(super) shortcuts: Shortcuts,
     counters: Arc<Counters>,
 }
 
@@ -165,7 +160,7 @@ impl<'a> FormFactors<'a> {
     }
 
     /// Whether light can go from a source to any member of a cluster.
-    fn may_light(&self, at: Clustered, source: &ConvexPolygon, workspace: &mut Workspace) -> bool {
+    pub(super) fn may_light(&self, at: Clustered, source: &ConvexPolygon, workspace: &mut Workspace) -> bool {
         workspace.pairs[0] += 1;
         if at.faces(source) {
             return true;
@@ -291,87 +286,6 @@ fn rays_for(potential: f64) -> u32 {
 /// what fills the memory.
 pub(crate) type FormFactorPair = [f32; 2];
 
-/// Receivers, with what fixes their rays.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Seeded<'a> {
-    pub(crate) receivers: &'a [Receiver],
-    pub(crate) seeds: &'a [u64],
-}
-
-/// Receivers near each other, which share their shafts.
-#[derive(Debug)]
-pub(crate) struct Cluster {
-    /// Indices into the caller's receivers.
-    pub(crate) members: Vec<u32>,
-    corners: [DVec3; 8],
-}
-
-impl Cluster {
-    /// The box around its members.
-    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
-        (self.corners[0], self.corners[7])
-    }
-
-    /// Takes in another receiver, beyond the size that clusters are made with.
-    pub(crate) fn add(&mut self, member: u32, position: DVec3) {
-        let (low, high) = self.bounds();
-        self.members.push(member);
-        self.corners = box_corners(low.min(position), high.max(position));
-    }
-}
-
-/// A cluster with the receivers that it is of.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Clustered<'a> {
-    pub(crate) cluster: &'a Cluster,
-    pub(crate) of: Seeded<'a>,
-}
-
-impl<'a> Clustered<'a> {
-    /// The k-th member.
-    pub(crate) fn receiver(&self, k: usize) -> &'a Receiver {
-        &self.of.receivers[self.cluster.members[k] as usize]
-    }
-
-    pub(crate) fn seed(&self, k: usize) -> u64 {
-        self.of.seeds[self.cluster.members[k] as usize]
-    }
-
-    /// Whether light can come from the sending side of a source to any member.
-    fn faces(&self, source: &ConvexPolygon) -> bool {
-        (0..self.cluster.members.len()).any(|k| faces(self.receiver(k), source))
-    }
-}
-
-/// Groups receivers into compact clusters of at most `size`: halved along their longest extent until they are small
-/// enough. (Along a space-filling curve neighbours may lie on opposite sides of the scene.)
-pub(crate) fn clusters(receivers: &[Receiver], size: usize) -> Vec<Cluster> {
-    let mut clusters = Vec::with_capacity(2 * receivers.len() / size + 1);
-    let mut order: Vec<u32> = (0..receivers.len() as u32).collect();
-    split(receivers, &mut order, size, &mut clusters);
-    clusters
-}
-
-fn split(receivers: &[Receiver], members: &mut [u32], size: usize, clusters: &mut Vec<Cluster>) {
-    if members.is_empty() {
-        return;
-    }
-    let at = |i: u32| receivers[i as usize].position;
-    let low = members.iter().fold(DVec3::INFINITY, |low, &i| low.min(at(i)));
-    let high = members.iter().fold(DVec3::NEG_INFINITY, |high, &i| high.max(at(i)));
-    if members.len() <= size {
-        clusters.push(Cluster { members: members.to_vec(), corners: box_corners(low, high) });
-        return;
-    }
-    let extent = high - low;
-    let axis = (1..3).fold(0, |longest, axis| if extent[axis] > extent[longest] { axis } else { longest });
-    let middle = members.len() / 2;
-    members.select_nth_unstable_by(middle, |&a, &b| at(a)[axis].total_cmp(&at(b)[axis]).then(a.cmp(&b)));
-    let (lower, upper) = members.split_at_mut(middle);
-    split(receivers, lower, size, clusters);
-    split(receivers, upper, size, clusters);
-}
-
 impl FormFactors<'_> {
     /// The visible and the unoccluded form factor of points of a polygon.
     ///
@@ -421,135 +335,5 @@ impl FormFactors<'_> {
     pub(crate) fn count_rays(&self, rays: u64) {
         self.counters.sampled.fetch_add(1, Ordering::Relaxed);
         self.counters.rays.fetch_add(rays, Ordering::Relaxed);
-    }
-
-    /// Finds what may come between a cluster and the parts of a source, if that is little; nothing when no receiver of
-    /// the cluster faces it.
-    pub(crate) fn narrow(
-        &self,
-        at: Clustered,
-        source: &ConvexPolygon,
-        known: Narrowed,
-        workspace: &mut Workspace,
-    ) -> Option<Narrowed> {
-        if !self.may_light(at, source, workspace) {
-            return None;
-        }
-        let Workspace { shared, narrowed, .. } = workspace;
-        if self.shortcuts.nothing_hides {
-            let none = narrowed.len() as u32;
-            return Some(Narrowed::Known { start: none, end: none });
-        }
-        if let Narrowed::Known { start, end } = known {
-            let Range { start, end } = self.narrow_further(at.cluster, source, start..end, narrowed);
-            return Some(Narrowed::Known { start, end });
-        }
-        let shaft = Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None);
-        if self.blockers.hiding(&shaft, ALWAYS_EXACT, shared).is_err() {
-            return Some(Narrowed::Unknown);
-        }
-        let start = narrowed.len() as u32;
-        narrowed.extend_from_slice(shared);
-        Some(Narrowed::Known { start, end: narrowed.len() as u32 })
-    }
-
-    /// What of the candidates for a source may come between a cluster and a part of it.
-    fn narrow_further(
-        &self,
-        cluster: &Cluster,
-        part: &ConvexPolygon,
-        candidates: Range<u32>,
-        narrowed: &mut Vec<u32>,
-    ) -> Range<u32> {
-        if candidates.len() <= 1 || self.blockers.takes_everything() {
-            return candidates;
-        }
-        let (low, high) = cluster.bounds();
-        let shaft = Shaft::of_boxes([low, high], part);
-        let start = narrowed.len() as u32;
-        for index in candidates {
-            let candidate = narrowed[index as usize];
-            if shaft.may_block(&self.blockers.polygons()[candidate as usize]) {
-                narrowed.push(candidate);
-            }
-        }
-        start..narrowed.len() as u32
-    }
-
-    /// What places bring to each receiver of a cluster, by one ray each, as discs of the area that each stands for
-    /// (Wallace, Elmquist, Haines 1989): however near one is, it sends no more than the whole hemisphere can.
-    ///
-    /// `area`: of one of them, m².
-    pub(crate) fn of_representatives(
-        &self,
-        at: Clustered,
-        places: &[(DVec3, DVec3)],
-        area: f64,
-        mut found: impl FnMut(usize, Found),
-    ) {
-        let mut rays = 0;
-        for k in 0..at.cluster.members.len() {
-            let Receiver { position, normal, .. } = *at.receiver(k);
-            let (mut open, mut value) = (0.0, DVec3::ZERO);
-            for &(place, facing) in places {
-                let to = place - position;
-                let distance2 = to.length_squared();
-                let cosines = normal.dot(to).max(0.0) * (-facing.dot(to)).max(0.0) / distance2;
-                if cosines > 0.0 {
-                    rays += 1;
-                    let form_factor = area * cosines / (std::f64::consts::PI * distance2 + area);
-                    open += form_factor;
-                    value += form_factor * self.blockers.between(position, place);
-                }
-            }
-            if open > 0.0 {
-                let (filters, value) = (value, grey(value));
-                let filter = if value > 0.0 { filters / value } else { DVec3::ONE };
-                let noise = (value * (open - value) / places.len() as f64).sqrt();
-                found(k, Found::of(value, filter, noise));
-            }
-        }
-        if rays > 0 {
-            self.count_rays(rays);
-        }
-    }
-
-    /// The form factors of all receivers of a cluster that face a source.
-    ///
-    /// `known`: what was found for what the source is a part of. `found`: gets the receiver's number in the cluster.
-    pub(crate) fn of_cluster(
-        &self,
-        at: Clustered,
-        source: &ConvexPolygon,
-        weight: f64,
-        known: Narrowed,
-        workspace: &mut Workspace,
-        mut found: impl FnMut(usize, Found),
-    ) {
-        // Most clusters lie behind a source or face away from it.
-        if !self.may_light(at, source, workspace) {
-            return;
-        }
-        let mut shared = std::mem::take(&mut workspace.shared);
-        let mut narrowed = std::mem::take(&mut workspace.narrowed);
-        let before = narrowed.len();
-        let candidates = match known {
-            Narrowed::Known { start, end } => {
-                let kept = self.narrow_further(at.cluster, source, start..end, &mut narrowed);
-                Candidates::Shared(&narrowed[kept.start as usize..kept.end as usize])
-            }
-            Narrowed::Unknown => {
-                self.candidates(|| Shaft::new(&at.cluster.corners, &BOX_EDGES, source, None), &mut shared)
-            }
-        };
-        for k in 0..at.cluster.members.len() {
-            let receiver = at.receiver(k);
-            if faces(receiver, source) {
-                found(k, self.visible(receiver, source, candidates, weight, at.seed(k), workspace));
-            }
-        }
-        narrowed.truncate(before);
-        workspace.shared = shared;
-        workspace.narrowed = narrowed;
     }
 }

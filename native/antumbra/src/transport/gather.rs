@@ -9,9 +9,8 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::mesh::Approach;
 use crate::monitor::Monitor;
-use crate::transport::form_factors::{
-    CLUSTER_SIZE, Cluster, Clustered, FormFactors, Found, Narrowed, Seeded, Workspace, clusters,
-};
+use crate::transport::clusters::{CLUSTER_SIZE, Cluster, Clustered, Seeded, clusters};
+use crate::transport::form_factors::{FormFactors, Found, Narrowed, Workspace};
 use crate::transport::hemisphere::Surroundings;
 use crate::transport::source_tree::{Seen, SourceTree, Step};
 use crate::visibility::Receiver;

@@ -41,9 +41,6 @@ const MOST_ROUNDS: usize = 3;
 /// Growth of the number of links below which another round is not worth its solution.
 const SETTLED: f64 = 1.1;
 
-/// Links that memory has room for: 400 MB of them, and as much for their making.
-const MOST_LINKS: usize = if cfg!(fuzzing) { 20_000 } else { 6_000_000 };
-
 /// Share of the wanted error over all baked surfaces that a single link may make: for an estimate, and for good. Links to
 /// one element err alike where a neighbour shades it, so that a thousand of them make the wanted error only at a
 /// sixtieth. With the correction the Cornell box errs by 1.7, 1.03 and 0.85 % at 0.1, 0.03 and 0.015, with 8, 28 and 62
@@ -169,7 +166,8 @@ impl<'a> Hierarchical<'a> {
             let wanted_error = self.wanted_error();
             let tolerance = share * wanted_error * area.sqrt();
             let before = self.links.links.len();
-            let wanted = Wanted { error: wanted_error, per_link: tolerance, most: MOST_LINKS };
+            let most = self.settings.effort.links;
+            let wanted = Wanted { error: wanted_error, per_link: tolerance, most };
             self.links.refine(&mut self.hierarchy, &mut self.light, self.form_factors, wanted, ends);
             self.monitor.check()?;
             self.gather_direct(display, ends)?;

@@ -12,6 +12,7 @@ use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
 use crate::index::{FaceId, typed_index};
+use crate::mesh::coarse::LEAST_AREA;
 use crate::mesh::{Mesh, Side};
 use crate::scene::world::World;
 use crate::transport::sources::Sources;
@@ -274,7 +275,11 @@ impl Hierarchy {
         // Parts are appended, so this visits all that it makes.
         while index < self.nodes.len() {
             let node = &self.nodes[index];
-            if node.is_leaf() && (node.area > size * size || node.radius > LONGEST * size) {
+            // Quarters of a sliver are half as long, but four; long quadrilaterals are halved
+            let is_sliver = node.area <= LEAST_AREA * size * size
+                && node.polygon().is_some_and(|polygon| polygon.vertices().len() == 3);
+            let is_long = node.radius > LONGEST * size && !is_sliver;
+            if node.is_leaf() && (node.area > size * size || is_long) {
                 self.divide(NodeId::new(index));
             }
             index += 1;

@@ -17,11 +17,11 @@ use crate::adapt::patch_light::{PatchIrradiance, PatchLight};
 use crate::display::{Display, Light};
 use crate::error::Error;
 use crate::mesh::Mesh;
-use crate::mesh::coarse::cut_into_patches;
+use crate::mesh::coarse::{LEAST_AREA, cut_into_patches, patches_of};
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
-use crate::settings::{Quantity, Settings};
+use crate::settings::{Effort, Quantity, Settings};
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::crevices::cut_at_crevices;
 use crate::transport::form_factors::FormFactors;
@@ -35,10 +35,6 @@ use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 use crate::visibility::{ConvexPolygon, Receiver, grey};
-
-/// Patches that all surfaces would be cut into if they were one square. An interior of 260,000 triangles is cut into 450,000
-/// by its faces anyway.
-const PATCHES: f64 = if cfg!(fuzzing) { 200.0 } else { 20_000.0 };
 
 /// Edge of the smallest part of a patch that reaches into a crevice, in patches.
 const SMALLEST: f64 = 1.0 / 16.0;
@@ -67,7 +63,7 @@ const FARTHEST_BELOW: f64 = 1e3;
 
 /// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
 /// the way out of. More is no gap.
-const CAUGHT_IN_GAPS: f64 = 0.01;
+pub(super) const CAUGHT_IN_GAPS: f64 = 0.01;
 
 /// The state of a solution by rays.
 pub(crate) struct Looking<'a> {
@@ -95,8 +91,8 @@ pub(crate) struct Looking<'a> {
 }
 
 /// Edge of a patch, metres.
-pub(crate) fn patch_size(world: &World) -> f64 {
-    (world.surface_area() / PATCHES).sqrt()
+pub(crate) fn patch_size(world: &World, effort: Effort) -> f64 {
+    (world.surface_area() / effort.patches).sqrt()
 }
 
 /// Cuts the roots of a mesh into patches that are small where they reach under something.
@@ -104,12 +100,19 @@ pub(crate) fn patches_that_look_around(
     world: &World,
     blockers: &Blockers,
     mut mesh: Mesh,
+    effort: Effort,
     ends: &(dyn Fn() -> bool + Sync),
 ) -> PatchMesh {
-    let patch_size = patch_size(world);
-    // Mouldings are slivers, and what lights a wall beside windows.
-    let elements = cut_into_patches(&mut mesh, patch_size, 0.0);
-    let elements = cut_at_crevices(&mut mesh, blockers, elements, SMALLEST * patch_size, ends);
+    let patch_size = patch_size(world, effort);
+    // As many as if all surfaces were cut as small as slivers are elsewhere: a gigabyte of them
+    let most = (4.0 * effort.patches / LEAST_AREA) as usize;
+    // Mouldings are slivers, and what lights a wall beside windows: their length counts. A scene of hairs is nothing else, and
+    // is cut to the squares' area.
+    let is_of_hairs = patches_of(&mesh, patch_size, 0.0) > (mesh.roots.len() + most) as f64;
+    let elements = cut_into_patches(&mut mesh, patch_size, if is_of_hairs { 1.0 } else { 0.0 });
+    let smallest = SMALLEST * patch_size;
+    let most = elements.len() + most;
+    let elements = cut_at_crevices(&mut mesh, blockers, elements, smallest, most, ends);
     PatchMesh { mesh, elements, patch_size }
 }
 
@@ -134,7 +137,7 @@ impl<'a> Looking<'a> {
         let stops = patches.patches.iter().map(|patch| 1.0 - grey(through(patch))).collect();
         let tree = PatchTree::new(world, &mesh, &patches);
         let around = Around { patches: &patches, tree: &tree, sky: emitters.around.as_ref() };
-        let rows = Rows::look_around(around, monitor, ends)?;
+        let rows = Rows::look_around(around, settings.effort.rays, monitor, ends)?;
         let mut this = Self {
             world,
             settings,

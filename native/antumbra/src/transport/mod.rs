@@ -1,18 +1,23 @@
 //! Light between surfaces.
 
 pub(crate) mod balance;
+pub(crate) mod clusters;
+mod columns;
 mod conjugate_residuals;
 pub(crate) mod crevices;
 mod enclosure;
+mod endless;
 mod exchange;
 pub(crate) mod form_factors;
 pub(crate) mod gather;
 pub(crate) mod hemisphere;
 pub(crate) mod hierarchical;
 mod hierarchy;
+mod link_estimate;
 mod links;
 pub(crate) mod looking;
 pub(crate) mod mode;
+mod narrowing;
 mod overlay;
 mod patch_tree;
 mod patches;

@@ -13,9 +13,6 @@ use crate::transport::patch_tree::PatchTree;
 use crate::transport::sources::{SourceId, Sources};
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
-/// Rays that leave all patches together for the exchange, about: ten seconds of processor time.
-const RAYS: f64 = if cfg!(fuzzing) { 1e4 } else { 1e7 };
-
 /// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it.
 const FEWEST: usize = 4;
 const MOST: usize = 32;
@@ -53,10 +50,13 @@ pub(super) struct Rows {
 impl Rows {
     /// Sends rays from all that is shown, then from all that these meet, and so on, or until it ends.
     ///
+    /// `rays`: that leave all patches together, about.
+    ///
     /// # Errors
     /// [`Error::Cancelled`].
     pub(super) fn look_around(
         around: Around,
+        rays: f64,
         monitor: &Monitor,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
@@ -65,7 +65,7 @@ impl Rows {
         let hemispheres: Vec<Directions> = (FEWEST..=MOST).map(Directions::square).collect();
         let weights: f64 = (0..patches.len()).map(|side| area(side).powf(POWER)).sum();
         let directions = |side: usize| {
-            let strata = (RAYS / weights * area(side).powf(POWER)).sqrt() as usize;
+            let strata = (rays / weights * area(side).powf(POWER)).sqrt() as usize;
             &hemispheres[strata.clamp(FEWEST, MOST) - FEWEST]
         };
         // What is black sends nothing on, whatever it gets; but what it gets may be shown.

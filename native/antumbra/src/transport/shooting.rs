@@ -12,21 +12,20 @@ use rayon::prelude::*;
 use crate::display::Display;
 use crate::error::Error;
 use crate::index::ElementId;
-use crate::mesh::{Mesh, Sample, Side};
+use crate::mesh::{Mesh, Side};
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings};
 use crate::transport::balance::Balance;
-use crate::transport::form_factors::{
-    CLUSTER_SIZE, Cluster, Clustered, FormFactorPair, FormFactors, Narrowed, Seeded, Workspace, clusters,
-};
+use crate::transport::columns::{Column, Receivers, both_sides};
+use crate::transport::endless::Endless;
+use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, rms};
 use crate::transport::patches::{Fit, direct_means};
 use crate::transport::secondary::{Reflector, reflectors_of_patches};
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::{Emitters, PatchId, SourceId, Sources};
-use crate::visibility::{ConvexPolygon, Receiver};
 
 /// Bytes of columns that are kept for shooting again.
 const KEPT_BYTES: usize = 1 << 30;
@@ -46,20 +45,12 @@ const MANY_SAMPLES: f64 = 100_000.0;
 /// Unshot share below which even kept columns are done: below what f32 colours can show.
 const EXHAUSTED: f64 = 1e-9;
 
-/// A source's form factors, kept for its next shot.
-#[derive(Clone)]
-struct Column {
-    /// Of all samples, front and back.
-    samples: Vec<FormFactorPair>,
-    /// Means over the patches.
-    patches: Vec<FormFactorPair>,
-}
+/// Sweeps, of as many shots as there are sources, that must lose something: light goes on by one reflection in each, at least,
+/// and by so many it has come out of any white corridor that is worth a picture.
+const LOSSLESS_SWEEPS: usize = 32;
 
-impl Column {
-    fn bytes(&self) -> usize {
-        size_of::<FormFactorPair>() * (self.samples.len() + self.patches.len())
-    }
-}
+/// What of its light counts as nothing: the rounding of form factors, which are f32.
+const LOST_BY_ROUNDING: f64 = 1e-6;
 
 /// The scene cut into patches, before any light.
 pub(crate) struct PatchMesh {
@@ -81,13 +72,10 @@ pub(crate) struct Shooting<'a> {
     patch_elements: Vec<ElementId>,
     patch_size: f64,
     pub(crate) sources: Sources,
-    /// Per element: the patch that it belongs to.
-    patch_of: Vec<Option<PatchId>>,
-    /// Front and back of every sample, one after the other.
-    receivers: Vec<Receiver>,
-    seeds: Vec<u64>,
-    clusters: Vec<Cluster>,
+    receivers: Receivers,
     balance: Balance,
+    /// Power that was unshot when the sweeps began that are under way, W, and the shots before.
+    sweeps: (f64, usize),
     /// Radiosity that each source has sent so far, W/m².
     sent: Vec<DVec3>,
     /// Per source that shot: its column, as far as memory allows.
@@ -124,11 +112,9 @@ impl<'a> Shooting<'a> {
             emitters,
             patch_elements: elements,
             patch_size,
-            patch_of: Vec::new(),
-            receivers: Vec::new(),
-            seeds: Vec::new(),
-            clusters: Vec::new(),
-            balance: Balance::new(&sources, DVec3::ZERO, vec![[DVec3::ZERO; 2]; sources.patches.len()]),
+            receivers: Receivers::default(),
+            balance: Balance::default(),
+            sweeps: (f64::INFINITY, 0),
             sent: Vec::new(),
             kept: Vec::new(),
             kept_bytes: 0,
@@ -142,14 +128,14 @@ impl<'a> Shooting<'a> {
             Gather { form_factors, monitor, sources: Lit::Sources(&emitters.tree), wanted_error: 0.0, ends };
         light(&gather, &shooting.mesh, &mut shooting.direct)?;
         let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
-        shooting.start(means);
+        shooting.start(means)?;
         if emitters.tree.sky.is_some() {
             // How exactly it must be looked at is known only after a first look
             shooting.direct.clear();
             let gather = shooting.gather_direct(ends);
             light(&gather, &shooting.mesh, &mut shooting.direct)?;
             let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
-            shooting.start(means);
+            shooting.start(means)?;
         }
         Ok(shooting)
     }
@@ -177,7 +163,7 @@ impl<'a> Shooting<'a> {
             self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
         }
         let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
-        self.start(means);
+        self.start(means)?;
         Ok(())
     }
 
@@ -226,7 +212,7 @@ impl<'a> Shooting<'a> {
         light(&gather, &self.mesh, &mut self.direct)?;
         self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
         let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
-        self.start(means);
+        self.start(means)?;
         Ok(true)
     }
 
@@ -246,27 +232,32 @@ impl<'a> Shooting<'a> {
     /// Sets all state to what it is when the emitters have shot and nothing else has.
     ///
     /// `direct`: per patch element, front and back, W/m².
-    fn start(&mut self, direct: Vec<[DVec3; 2]>) {
-        self.patch_of = vec![None; self.mesh.elements.len()];
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
+    fn start(&mut self, direct: Vec<[DVec3; 2]>) -> Result<(), Error> {
+        let mut patch_of = vec![None; self.mesh.elements.len()];
         for (index, patch) in self.sources.patches.iter().enumerate() {
-            patch.elements.iter().for_each(|e| self.patch_of[e.index()] = Some(PatchId::new(index)));
+            patch.elements.iter().for_each(|e| patch_of[e.index()] = Some(PatchId::new(index)));
         }
         let mut means = vec![[DVec3::ZERO; 2]; self.sources.patches.len()];
         for (&element, direct) in self.patch_elements.iter().zip(direct) {
-            let Some(patch) = self.patch_of[element.index()] else { continue };
+            let Some(patch) = patch_of[element.index()] else { continue };
             let share = self.mesh.element(element).area / self.sources.patches[patch.index()].polygon.area();
             for (mean, direct) in means[patch.index()].iter_mut().zip(direct) {
                 *mean += share * direct;
             }
         }
-        inherit(&self.mesh, &mut self.patch_of);
-        self.receivers = both_sides(&self.mesh.samples);
-        self.seeds = (0..self.receivers.len() as u64).collect();
-        self.clusters = clusters(&self.receivers, 2 * CLUSTER_SIZE);
-        self.balance = Balance::new(&self.sources, self.emitters.power, means);
+        let Self { world, mesh, sources, .. } = &*self;
+        let endless = Endless::new(world, mesh, sources, self.monitor)?;
+        endless.refuse(world, mesh, sources, |side| means[side / 2][side % 2])?;
+        self.receivers = Receivers::new(&self.mesh, patch_of);
+        self.balance = Balance::new(&self.sources, self.emitters.power, means, endless);
+        self.sweeps = (f64::INFINITY, self.shots);
         self.sent = vec![DVec3::ZERO; self.sources.len()];
         self.kept = vec![None; self.sources.len()];
         self.indirect = vec![DVec3::ZERO; self.mesh.samples.len()];
+        Ok(())
     }
 
     /// Lets the strongest source shoot. Returns whether its form factors had to be computed, or `None` when nothing
@@ -280,7 +271,10 @@ impl<'a> Shooting<'a> {
         let known = self.kept[source.index()].is_some();
         let negligible = NEGLIGIBLE * self.settings.tolerance;
         let share = self.balance.share(source, &self.sources);
-        if remaining <= EXHAUSTED || (!known && (remaining <= negligible || share <= self.smallest_share())) {
+        if self.loses_nothing()
+            || remaining <= EXHAUSTED
+            || (!known && (remaining <= negligible || share <= self.smallest_share()))
+        {
             return Ok(None);
         }
         let column = match self.kept[source.index()].take() {
@@ -301,6 +295,18 @@ impl<'a> Shooting<'a> {
         }
         self.shots += 1;
         Ok(Some(!known))
+    }
+
+    /// Whether shots have lost nothing for so long that more would neither: what is left lies between surfaces that absorb
+    /// nothing, and leaves by less than form factors are known.
+    fn loses_nothing(&mut self) -> bool {
+        let (before, since) = self.sweeps;
+        if self.shots < since + LOSSLESS_SWEEPS * self.sources.len() {
+            return false;
+        }
+        let unshot = self.balance.unshot_power(&self.sources);
+        self.sweeps = (unshot, self.shots);
+        unshot >= (1.0 - LOST_BY_ROUNDING) * before
     }
 
     /// The sides of patches that sent light, with all they sent.
@@ -385,69 +391,12 @@ impl<'a> Shooting<'a> {
 
     /// Computes a source's form factors.
     fn column(&self, source: SourceId) -> Result<Column, Error> {
-        let polygon: ConvexPolygon = self.sources.polygon(source);
         let wanted = self.wanted_error();
         let radiosity = self.balance.unshot[source.index()];
         let weight = if wanted > 0.0 { rms(radiosity) / wanted } else { 0.0 };
-        let of = Seeded { receivers: &self.receivers, seeds: &self.seeds };
-        let found: Vec<Vec<(u32, f32)>> = (self.clusters.par_iter())
-            .map_init(Workspace::default, |workspace, cluster| {
-                let mut values = Vec::new();
-                if !self.monitor.is_cancelled() {
-                    self.form_factors.of_cluster(
-                        Clustered { cluster, of },
-                        &polygon,
-                        weight,
-                        Narrowed::Unknown,
-                        workspace,
-                        |k, found| values.push((cluster.members[k], found.grey() as f32)),
-                    );
-                    self.form_factors.count_pairs(workspace);
-                }
-                values
-            })
-            .collect();
-        self.monitor.check()?;
-        let mut samples = vec![[0.0; 2]; self.mesh.samples.len()];
-        for (receiver, value) in found.into_iter().flatten() {
-            samples[receiver as usize / 2][receiver as usize % 2] = value;
-        }
-        let patches = self.patch_means(&samples);
-        Ok(Column { samples, patches })
+        let Self { form_factors, monitor, mesh, sources, receivers, .. } = self;
+        receivers.column(form_factors, monitor, mesh, sources, source, weight)
     }
-
-    /// Mean form factors of the patches, linear over their elements (the paper, §2.1).
-    fn patch_means(&self, samples: &[FormFactorPair]) -> Vec<FormFactorPair> {
-        let mut sums = vec![[0.0_f64; 2]; self.sources.patches.len()];
-        for (element, patch) in self.mesh.elements.iter().zip(&self.patch_of) {
-            let (true, Some(patch)) = (element.is_leaf(), patch) else { continue };
-            let third = element.area / 3.0;
-            for sample in element.samples {
-                let values = samples[sample.index()];
-                sums[patch.index()][0] += third * f64::from(values[0]);
-                sums[patch.index()][1] += third * f64::from(values[1]);
-            }
-        }
-        (sums.iter().zip(&self.sources.patches))
-            .map(|(sum, patch)| sum.map(|sum| (sum / patch.polygon.area()) as f32))
-            .collect()
-    }
-}
-
-/// Parts of a patch belong to it as well.
-fn inherit(mesh: &Mesh, patch_of: &mut [Option<PatchId>]) {
-    for (index, element) in mesh.elements.iter().enumerate() {
-        if let (Some(patch), Some(children)) = (patch_of[index], element.children()) {
-            for child in children {
-                patch_of[child.index()] = Some(patch);
-            }
-        }
-    }
-}
-
-/// Front and back of every sample, one after the other.
-fn both_sides(samples: &[Sample]) -> Vec<Receiver> {
-    samples.iter().flat_map(|sample| Side::BOTH.map(|side| sample.receiver(side))).collect()
 }
 
 /// Finds the gathered light on both sides of all samples from the `light.len()`th on.
