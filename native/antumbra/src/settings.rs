@@ -83,7 +83,9 @@ pub struct Effort {
     /// Patches that look around, if all surfaces were one square. An interior of 260,000 triangles is cut into 450,000 by its
     /// faces anyway.
     pub patches: f64,
-    /// Rays that leave all of them together, about: ten seconds of processor time.
+    /// Rays that leave all of them together, at most about: twenty seconds of processor time. Far away what they err by averages
+    /// out; beside a patch it does not. In a room of 144,000 triangles that windows light 1e7 left 2.5 % where there is no other
+    /// error, at all but the worst places, and 4e7 leave 1.8 %.
     pub rays: f64,
     /// Links that memory has room for: 400 MB of them, and as much for their making.
     pub links: usize,
@@ -91,7 +93,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { patches: 20_000.0, rays: 1e7, links: 6_000_000 }
+        Self { patches: 20_000.0, rays: 4e7, links: 6_000_000 }
     }
 }
 

@@ -8,13 +8,17 @@ use crate::index::{ElementId, SampleId};
 use crate::mesh::{Sample, edge_key};
 use crate::transport::gather::Arrived;
 
-/// A deviation counts when its square is above this many variances of the rays at the middle: three standard errors
-/// of the whole, in which the ends' rays take half as much part again. Refining for noise would only make more of it.
-const CERTAIN: f64 = 13.5;
+/// What rays err by, in variances at the middle, that is taken off the square of a deviation: with the noise of the ends, which
+/// takes half as much part again, it is 1.5 in the mean, and few rays tell less of it than there is. Refining for noise would
+/// only make more of it. To count nothing below three standard errors, and all above, left the shadows of small things out: in
+/// a room of 144,000 triangles the mesh was off by 3.2 %, and by 2.5 % with no more vertices since.
+const NOISE: f64 = 2.0;
 
-/// Whether something can be told from the noise of the rays that it was found by.
-fn is_certain(irradiance: DVec3, arrived: &Arrived) -> bool {
-    irradiance.length_squared() > CERTAIN * arrived.variance
+/// The part of something that is more than the noise of the rays that it was found by.
+fn beyond_noise(irradiance: DVec3, arrived: &Arrived) -> DVec3 {
+    let noise = NOISE * arrived.variance;
+    let squared = irradiance.length_squared();
+    if squared > noise { irradiance * (1.0 - noise / squared).sqrt() } else { DVec3::ZERO }
 }
 
 /// By its two samples, as [`edge_key`] has them.
@@ -27,8 +31,8 @@ struct Middle {
     irradiance: DVec3,
     /// Irradiance beyond the mean of the edge's ends, W/m².
     deviation: DVec3,
-    /// Whether that can be told from the noise of rays.
-    certain: bool,
+    /// The part of it that is more than the noise of rays, W/m².
+    certain: DVec3,
 }
 
 /// What was found at the centroid of an element.
@@ -36,7 +40,7 @@ struct Middle {
 struct Bulge {
     /// Irradiance beyond what corners and middles of edges tell, W/m².
     irradiance: DVec3,
-    /// Irradiance beyond what corners and certain middles tell, W/m²; zero where it cannot be told from the noise of rays.
+    /// Irradiance beyond what corners and certain middles tell, less what may be the noise of rays, W/m².
     certain: DVec3,
 }
 
@@ -58,7 +62,7 @@ impl Layer {
     pub(super) fn learn_middle(&mut self, edge: Edge, arrived: &Arrived) {
         let mean = 0.5 * (self.irradiance[edge.0.index()] + self.irradiance[edge.1.index()]);
         let deviation = arrived.irradiance - mean;
-        let certain = is_certain(deviation, arrived);
+        let certain = beyond_noise(deviation, arrived);
         self.middles.insert(edge, Middle { irradiance: arrived.irradiance, deviation, certain });
     }
 
@@ -97,14 +101,13 @@ impl Layer {
         arrived.irradiance - corners / 3.0 - deviations * (4.0 / 9.0)
     }
 
-    /// The light at a leaf's centroid beyond corners and certain middles, W/m²; zero where it cannot be told from the noise of
-    /// rays.
+    /// The light at a leaf's centroid beyond corners and certain middles, less what may be the noise of rays, W/m².
     pub(super) fn certain_bulge(&self, leaf: &Leaf, arrived: &Arrived) -> DVec3 {
         let bulge = self.beyond(leaf, arrived, Self::deviation);
-        if is_certain(bulge, arrived) { bulge } else { DVec3::ZERO }
+        beyond_noise(bulge, arrived)
     }
 
-    /// The light at an element's centroid beyond the quadratic, W/m²; zero where it cannot be told from the noise of rays.
+    /// The light at an element's centroid beyond the quadratic, less what may be the noise of rays, W/m².
     pub(crate) fn bulge_of(&self, element: ElementId) -> DVec3 {
         self.bulges.get(&element).map_or(DVec3::ZERO, |bulge| bulge.certain)
     }
@@ -114,10 +117,9 @@ impl Layer {
         self.bulges.get(&element).map_or(DVec3::ZERO, |bulge| bulge.irradiance)
     }
 
-    /// The light in the middle of an edge beyond the mean of its ends, W/m²; zero where it cannot be told from the noise of
-    /// rays.
+    /// The light in the middle of an edge beyond the mean of its ends, less what may be the noise of rays, W/m².
     pub(crate) fn deviation(&self, edge: Edge) -> DVec3 {
-        self.middles.get(&edge).filter(|middle| middle.certain).map_or(DVec3::ZERO, |middle| middle.deviation)
+        self.middles.get(&edge).map_or(DVec3::ZERO, |middle| middle.certain)
     }
 
     /// The same with the noise of rays in it.

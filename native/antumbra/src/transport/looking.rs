@@ -286,17 +286,27 @@ impl<'a> Looking<'a> {
             (sides.clone().into_par_iter()).map(|side| self.rows.reflected(side, radiosity)).collect()
         };
         let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
-        let early = |radiosity: &[DVec3]| -> Vec<DVec3> {
-            let arrived = arrive(radiosity).into_iter().zip(&self.direct);
-            arrived.zip(&reflectance).map(|((indirect, &direct), &rho)| rho * (direct + indirect)).collect()
-        };
-        let early = (0..EARLY).fold(vec![DVec3::ZERO; areas.len()], |radiosity, _| early(&radiosity));
-        darken_pockets(&mut solution.radiosity, &early, &areas);
+        darken_pockets(&mut solution.radiosity, &self.early(&reflectance), &areas);
         let mut irradiance = arrive(&solution.radiosity);
         irradiance.iter_mut().zip(&self.direct).for_each(|(indirect, direct)| *indirect += *direct);
         self.radiosity = solution.radiosity;
         self.iterations = solution.iterations;
         self.mean_shown = self.mean_of(&irradiance);
+    }
+
+    /// What every side reflects within [`EARLY`] reflections, over the channels, W/m²: enough to tell a pocket by.
+    fn early(&self, reflectance: &[DVec3]) -> Vec<f32> {
+        let sides = 0..self.patches.len();
+        let reflected_directly: Vec<f32> =
+            sides.clone().map(|side| (reflectance[side] * self.direct[side]).element_sum() as f32).collect();
+        // Of what arrives in three channels, as if it were grey
+        let reflectance: Vec<f32> = reflectance.iter().map(|&rho| grey(rho) as f32).collect();
+        (0..EARLY).fold(vec![0.0; reflectance.len()], |radiosity: Vec<f32>, _| {
+            let again = |side: usize| {
+                reflected_directly[side] + reflectance[side] * self.rows.reflected_grey(side, &radiosity)
+            };
+            sides.clone().into_par_iter().map(again).collect()
+        })
     }
 
     /// Mean radiosity that the baked surfaces show, over the channels, W/m².
@@ -384,14 +394,18 @@ impl<'a> Looking<'a> {
 /// Inside a white cushion that absorbs nothing, light from one gap goes round until it finds the gap again: what it comes
 /// to is the ratio of two shares, of light that gets in and of light that is lost, and a few rays per patch tell neither.
 /// Where no gap is, the ends of patches that cross the cushion make one.
-fn darken_pockets(radiosity: &mut [DVec3], early: &[DVec3], areas: &[f64]) {
-    let power = |radiosity: &[DVec3]| -> f64 {
-        radiosity.iter().zip(areas).map(|(sent, area)| area * sent.element_sum()).sum()
+///
+/// `early`: over the channels.
+fn darken_pockets(radiosity: &mut [DVec3], early: &[f32], areas: &[f64]) {
+    let power = |sent: &mut dyn Iterator<Item = f64>| -> f64 {
+        sent.zip(areas).map(|(sent, area)| area * sent).sum()
     };
-    let usual = power(early) / power(radiosity);
+    let usual = power(&mut early.iter().map(|&sent| f64::from(sent)))
+        / power(&mut radiosity.iter().map(|sent| sent.element_sum()));
     for (sent, &early) in radiosity.iter_mut().zip(early) {
-        if early.element_sum().abs() < LATE * usual * sent.element_sum().abs() {
-            *sent = early;
+        let share = (f64::from(early) / sent.element_sum()).abs();
+        if share < LATE * usual {
+            *sent *= share;
         }
     }
 }

@@ -13,9 +13,10 @@ use crate::transport::patch_tree::PatchTree;
 use crate::transport::sources::{SourceId, Sources};
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
-/// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it.
+/// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it. In the
+/// Cornell box and in an interior of 10,000 triangles 32 left no smaller errors than 16.
 const FEWEST: usize = 4;
-const MOST: usize = 32;
+const MOST: usize = 16;
 
 /// Sides that look around between two looks at what the user wants: some milliseconds.
 const AT_ONCE: usize = 4096;
@@ -147,6 +148,13 @@ impl Rows {
         let row = self.of(side);
         let seen = row.iter().filter(|&&seen| seen != NOTHING);
         seen.map(|&seen| radiosity[seen as usize]).sum::<DVec3>() / row.len().max(1) as f64
+    }
+
+    /// The same of one number for all channels.
+    pub(super) fn reflected_grey(&self, side: usize, radiosity: &[f32]) -> f32 {
+        let row = self.of(side);
+        let seen = row.iter().filter(|&&seen| seen != NOTHING);
+        seen.map(|&seen| radiosity[seen as usize]).sum::<f32>() / row.len().max(1) as f32
     }
 
     /// Irradiance of a side by what others reflect and by what is beyond them, W/m², and per channel the variance that rays
