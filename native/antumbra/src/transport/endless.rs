@@ -14,14 +14,17 @@ use crate::monitor::Monitor;
 use crate::scene::world::World;
 use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::hemisphere::Directions;
-use crate::transport::looking::{CAUGHT_IN_GAPS, normal};
 use crate::transport::patch_tree::PatchTree;
+use crate::transport::rows::rays_from;
 use crate::transport::sources::{SourceId, Sources};
-use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
 /// Strata along each side of a patch's hemisphere, 529 rays, about as many as a space is asked for by links: light that
 /// leaves by less goes on for hundreds of reflections.
 const STRATA: usize = 23;
+
+/// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
+/// the way out of. More is no gap.
+pub(super) const CAUGHT_IN_GAPS: f64 = 0.01;
 
 /// Per side of a patch and per colour channel: whether all light that it gets stays among such as it for ever.
 #[derive(Default)]
@@ -120,13 +123,9 @@ fn around(
     directions: &Directions,
     white: &[[bool; 3]],
 ) -> Option<Vec<u32>> {
-    let polygon = &patches.patches[side / 2].polygon;
-    let seed = splitmix(side as u64);
-    let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
-    let mut met: Vec<u32> = (directions.about(normal(polygon, side), unit(seed)).enumerate())
-        .map(|(k, direction)| {
-            let start = point_on(polygon, spread(shift, k as u32 + 1));
-            let hit = tree.first_stop(start, direction, unit(splitmix(seed ^ (k as u64 + 3))))?;
+    let mut met: Vec<u32> = rays_from(&patches.patches[side / 2].polygon, side, directions)
+        .map(|ray| {
+            let hit = ray.first_stop(tree)?;
             let shared = (white[side].iter().zip(white[hit.side as usize])).any(|(&a, b)| a && b);
             shared.then_some(hit.side)
         })

@@ -24,17 +24,19 @@ use crate::scene::world::World;
 use crate::settings::{Effort, Quantity, Settings};
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::crevices::cut_at_crevices;
+use crate::transport::endless::CAUGHT_IN_GAPS;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hemisphere::Surroundings;
 use crate::transport::patch_tree::PatchTree;
 use crate::transport::patches::received;
-use crate::transport::rows::{Around, Rows};
+use crate::transport::pockets::darken_pockets;
+use crate::transport::rows::{Around, Rows, normal};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
-use crate::visibility::{ConvexPolygon, Receiver, grey};
+use crate::visibility::{Receiver, grey};
 
 /// Edge of the smallest part of a patch that reaches into a crevice, in patches.
 const SMALLEST: f64 = 1.0 / 16.0;
@@ -49,21 +51,11 @@ const UNEVEN: f64 = 0.25;
 /// Residual, relative to what emitters bring, at which a solution is good: rays err by more.
 const RESIDUAL: f64 = 1e-4;
 
-/// Reflections after which light is late: in a room of a reflectance of 0.8, a thousandth of it.
-const EARLY: usize = 32;
-
-/// A pocket gets less than this share of its light early, relative to the scene as a whole.
-const LATE: f64 = 0.25;
-
 /// Height, of the scene's size, from which the patch that a place is on is looked for: above the rounding of its polygon.
 const ABOVE: f64 = 1e-6;
 
 /// How much farther than that it may be, since facets lie below what they round off.
 const FARTHEST_BELOW: f64 = 1e3;
-
-/// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
-/// the way out of. More is no gap.
-pub(super) const CAUGHT_IN_GAPS: f64 = 0.01;
 
 /// The state of a solution by rays.
 pub(crate) struct Looking<'a> {
@@ -286,27 +278,12 @@ impl<'a> Looking<'a> {
             (sides.clone().into_par_iter()).map(|side| self.rows.reflected(side, radiosity)).collect()
         };
         let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
-        darken_pockets(&mut solution.radiosity, &self.early(&reflectance), &areas);
+        darken_pockets(&mut solution.radiosity, &self.rows, &reflectance, &self.direct, &areas);
         let mut irradiance = arrive(&solution.radiosity);
         irradiance.iter_mut().zip(&self.direct).for_each(|(indirect, direct)| *indirect += *direct);
         self.radiosity = solution.radiosity;
         self.iterations = solution.iterations;
         self.mean_shown = self.mean_of(&irradiance);
-    }
-
-    /// What every side reflects within [`EARLY`] reflections, over the channels, W/m²: enough to tell a pocket by.
-    fn early(&self, reflectance: &[DVec3]) -> Vec<f32> {
-        let sides = 0..self.patches.len();
-        let reflected_directly: Vec<f32> =
-            sides.clone().map(|side| (reflectance[side] * self.direct[side]).element_sum() as f32).collect();
-        // Of what arrives in three channels, as if it were grey
-        let reflectance: Vec<f32> = reflectance.iter().map(|&rho| grey(rho) as f32).collect();
-        (0..EARLY).fold(vec![0.0; reflectance.len()], |radiosity: Vec<f32>, _| {
-            let again = |side: usize| {
-                reflected_directly[side] + reflectance[side] * self.rows.reflected_grey(side, &radiosity)
-            };
-            sides.clone().into_par_iter().map(again).collect()
-        })
     }
 
     /// Mean radiosity that the baked surfaces show, over the channels, W/m².
@@ -386,31 +363,4 @@ impl<'a> Looking<'a> {
             imbalance: None,
         }
     }
-}
-
-/// Leaves of the light in pockets what arrives there early. A pocket gets nearly all its light after more than [`EARLY`]
-/// reflections, much later than the scene as a whole.
-///
-/// Inside a white cushion that absorbs nothing, light from one gap goes round until it finds the gap again: what it comes
-/// to is the ratio of two shares, of light that gets in and of light that is lost, and a few rays per patch tell neither.
-/// Where no gap is, the ends of patches that cross the cushion make one.
-///
-/// `early`: over the channels.
-fn darken_pockets(radiosity: &mut [DVec3], early: &[f32], areas: &[f64]) {
-    let power = |sent: &mut dyn Iterator<Item = f64>| -> f64 {
-        sent.zip(areas).map(|(sent, area)| area * sent).sum()
-    };
-    let usual = power(&mut early.iter().map(|&sent| f64::from(sent)))
-        / power(&mut radiosity.iter().map(|sent| sent.element_sum()));
-    for (sent, &early) in radiosity.iter_mut().zip(early) {
-        let share = (f64::from(early) / sent.element_sum()).abs();
-        if share < LATE * usual {
-            *sent *= share;
-        }
-    }
-}
-
-/// Of a side of a patch, away from it.
-pub(super) fn normal(polygon: &ConvexPolygon, side: usize) -> DVec3 {
-    if side.is_multiple_of(2) { polygon.normal() } else { -polygon.normal() }
 }

@@ -21,6 +21,7 @@ mod narrowing;
 mod overlay;
 mod patch_tree;
 mod patches;
+mod pockets;
 mod quadrature;
 mod rows;
 pub(crate) mod secondary;

@@ -8,9 +8,9 @@ use crate::lamps::Sky;
 use crate::monitor::{Monitor, Progress};
 use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::hemisphere::{Directions, POWER};
-use crate::transport::looking::normal;
-use crate::transport::patch_tree::PatchTree;
+use crate::transport::patch_tree::{PatchHit, PatchTree};
 use crate::transport::sources::{SourceId, Sources};
+use crate::visibility::ConvexPolygon;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 
 /// Strata along each side of a patch's hemisphere, at least and at most: its error averages out over those who look at it. In the
@@ -143,28 +143,28 @@ impl Rows {
         &self.seen[start as usize..end as usize]
     }
 
+    /// The sides that rays of one met, one for each that met something.
+    fn met(&self, side: usize) -> impl Iterator<Item = usize> {
+        self.of(side).iter().filter(|&&met| met != NOTHING).map(|&met| met as usize)
+    }
+
     /// Irradiance of a side by what others reflect, W/m².
     pub(super) fn reflected(&self, side: usize, radiosity: &[DVec3]) -> DVec3 {
-        let row = self.of(side);
-        let seen = row.iter().filter(|&&seen| seen != NOTHING);
-        seen.map(|&seen| radiosity[seen as usize]).sum::<DVec3>() / row.len().max(1) as f64
+        let sum: DVec3 = self.met(side).map(|met| radiosity[met]).sum();
+        sum / self.of(side).len().max(1) as f64
     }
 
     /// The same of one number for all channels.
     pub(super) fn reflected_grey(&self, side: usize, radiosity: &[f32]) -> f32 {
-        let row = self.of(side);
-        let seen = row.iter().filter(|&&seen| seen != NOTHING);
-        seen.map(|&seen| radiosity[seen as usize]).sum::<f32>() / row.len().max(1) as f32
+        let sum: f32 = self.met(side).map(|met| radiosity[met]).sum();
+        sum / self.of(side).len().max(1) as f32
     }
 
     /// Irradiance of a side by what others reflect and by what is beyond them, W/m², and per channel the variance that rays
     /// leave in it; nothing for a side that did not look.
     pub(super) fn arrived(&self, side: usize, radiosity: &[DVec3]) -> Option<[DVec3; 2]> {
-        let row = self.of(side);
-        let count = row.len() as f64;
-        let seen = row.iter().filter(|&&seen| seen != NOTHING);
-        let squared =
-            seen.map(|&seen| radiosity[seen as usize] * radiosity[seen as usize]).sum::<DVec3>() / count;
+        let count = self.of(side).len() as f64;
+        let squared = self.met(side).map(|met| radiosity[met] * radiosity[met]).sum::<DVec3>() / count;
         let mean = self.reflected(side, radiosity) + self.from_sky[side];
         let variance = (squared + self.sky_squared[side] - mean * mean) / (count - 1.0);
         (count > 1.0).then_some([mean, variance.max(DVec3::ZERO)])
@@ -178,17 +178,11 @@ impl Rows {
 
 /// What the rays of one side meet, and what they bring from beyond all surfaces: the mean, W/m², and that of the squares.
 fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, [DVec3; 2]) {
-    let polygon = &around.patches.patches[side / 2].polygon;
-    let seed = splitmix(side as u64);
-    let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
     let mut from_sky = [DVec3::ZERO; 2];
-    let met = (directions.about(normal(polygon, side), unit(seed)).enumerate())
-        .map(|(k, direction)| {
-            // Points in an order of their own: neighbouring directions leave from all over the patch.
-            let start = point_on(polygon, spread(shift, k as u32 + 1));
-            let chance = unit(splitmix(seed ^ (k as u64 + 3)));
-            let Some(hit) = around.tree.first_stop(start, direction, chance) else {
-                let light = around.sky.map_or(DVec3::ZERO, |sky| sky.towards(direction));
+    let met = rays_from(&around.patches.patches[side / 2].polygon, side, directions)
+        .map(|ray| {
+            let Some(hit) = ray.first_stop(around.tree) else {
+                let light = around.sky.map_or(DVec3::ZERO, |sky| sky.towards(ray.direction));
                 from_sky[0] += light;
                 from_sky[1] += light * light;
                 return NOTHING;
@@ -197,4 +191,40 @@ fn look(around: Around, side: usize, directions: &Directions) -> (Vec<u32>, [DVe
         })
         .collect();
     (met, from_sky.map(|sum| sum / directions.len() as f64))
+}
+
+/// A ray that leaves a side of a patch.
+pub(super) struct Leaving {
+    start: DVec3,
+    direction: DVec3,
+    /// Which filters stop it.
+    chance: f64,
+}
+
+impl Leaving {
+    /// The patch that stops it.
+    pub(super) fn first_stop(&self, tree: &PatchTree) -> Option<PatchHit> {
+        tree.first_stop(self.start, self.direction, self.chance)
+    }
+}
+
+/// Rays that leave a side like light arrives there, from all over it.
+pub(super) fn rays_from<'a>(
+    polygon: &'a ConvexPolygon,
+    side: usize,
+    directions: &'a Directions,
+) -> impl Iterator<Item = Leaving> + 'a {
+    let seed = splitmix(side as u64);
+    let shift = [1, 2].map(|k| unit(splitmix(seed ^ k)));
+    directions.about(normal(polygon, side), unit(seed)).enumerate().map(move |(k, direction)| Leaving {
+        // Points in an order of their own: neighbouring directions leave from all over the patch.
+        start: point_on(polygon, spread(shift, k as u32 + 1)),
+        direction,
+        chance: unit(splitmix(seed ^ (k as u64 + 3))),
+    })
+}
+
+/// Of a side of a patch, away from it.
+pub(super) fn normal(polygon: &ConvexPolygon, side: usize) -> DVec3 {
+    if side.is_multiple_of(2) { polygon.normal() } else { -polygon.normal() }
 }
