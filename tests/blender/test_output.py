@@ -7,10 +7,12 @@ import pytest
 from extension import module
 from fingerprint import fingerprint
 from mathutils import Matrix
+from node_trees import with_node
 from scenes import (
     add_area_light,
     add_cube,
     add_instances_by_nodes,
+    add_material,
     add_plane,
     bake,
     baked_objects,
@@ -299,6 +301,42 @@ def test_meshes_that_are_made_ahead_change_nothing_of_what_comes_out(output, los
     found = {mesh.name: radiance(mesh).tobytes() for mesh in bpy.data.meshes if "Radiosity" in mesh.attributes}
     assert sorted(found.values()) == sorted(expected.values())
     bpy.ops.antumbra.remove_bake()
+    assert fingerprint() == before
+
+
+@pytest.mark.skipif(not hasattr(bpy.types.Scene, "cycles"), reason="this Blender is built without Cycles")
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_meshes_that_are_left_off_anywhere_and_begun_anew_have_the_same_light(share):
+    """Light must not be multiplied with a texture twice, and no half-made mesh may stay."""
+    for thing in cube_over_plane():
+        with_node(made := add_material("Noise"), "ShaderNodeTexNoise")
+        thing.data.materials.append(made)
+    settings = module("core.settings").Settings(receivers="ALL", tolerance=0.05)
+
+    def solved():
+        job = module("bridge.host").new_bake(settings)
+        job.begin()
+        job.wait()
+        return job
+
+    def light():
+        return sorted(radiance(mesh).tobytes() for mesh in bpy.data.meshes if "Radiosity" in mesh.attributes)
+
+    at_once = solved()
+    count = sum(1 for _ in at_once.prepare())
+    expected = light()
+    at_once.abandon()
+    before = fingerprint()
+    begun_anew = solved()
+    for times in range(3):
+        pieces = begun_anew.prepare()
+        for _ in range(int(share * count) - times):
+            next(pieces, None)
+        pieces.close()
+        assert len(light()) <= 2
+    module("core.pieces").at_once(begun_anew.prepare())
+    assert light() == expected
+    begun_anew.abandon()
     assert fingerprint() == before
 
 

@@ -9,6 +9,7 @@ from antumbra.core.carry import (
     carry_normals,
     source_edge_of_corner,
 )
+from antumbra.core.pieces import rows_of
 from antumbra.core.record import Attribute
 from meshes import quad_surface, split_in_four
 
@@ -98,3 +99,23 @@ def test_refined_smooth_surfaces_keep_their_shading(baked):
     # In the middle of the edge from 0 to 1 the lean in x cancels.
     middle = baked.triangles.reshape(-1) == np.flatnonzero((baked.positions == (0.5, 0, 0)).all(axis=1))[0]
     assert normals[middle] == pytest.approx(np.tile(np.float32([0, -1, 2]) / np.sqrt(5), (middle.sum(), 1)), abs=1e-6)
+
+
+@pytest.mark.parametrize("domain", ["POINT", "CORNER", "FACE"])
+def test_what_is_carried_in_pieces_is_the_same(surface, baked, domain, monkeypatch):
+    count = {"POINT": len(surface.positions), "CORNER": 4, "FACE": 1}[domain]
+    values = attribute(domain, np.random.default_rng(3).random((count, 2)))
+    whole = carry_attribute(values, surface, baked).values
+    normals = np.random.default_rng(4).random((4, 3)).astype(np.float32)
+    surface.corner_normals = normals
+    whole_normals = carry_normals(surface, baked)
+    monkeypatch.setattr("antumbra.core.carry.rows_of", lambda size: rows_of(size, 3))
+    assert np.array_equal(carry_attribute(values, surface, baked).values, whole)
+    assert np.array_equal(carry_normals(surface, baked), whole_normals)
+
+
+def test_rows_come_once_each_and_in_order():
+    for count in (0, 1, 6, 7):
+        rows = [list(range(count))[part] for part in rows_of(count, 3)]
+        assert [row for part in rows for row in part] == list(range(count))
+        assert all(0 < len(part) <= 3 for part in rows)

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from antumbra.core.colours import in_steps, light_attributes, srgb_decoded, srgb_encoded, storage_losses
+from antumbra.core.pieces import at_once
 from antumbra.core.settings import Settings
 from meshes import quad_surface, split_in_four
 
@@ -17,7 +18,7 @@ def baked():
 
 def test_colours_are_opaque_and_unclipped(baked):
     baked.corner_radiance[:] = 7.5
-    (light,) = light_attributes(baked, BY_CORNER)
+    (light,) = at_once(light_attributes(baked, BY_CORNER))
     assert (light.name, light.domain, light.data_type) == ("Radiosity", "CORNER", "FLOAT_COLOR")
     assert light.values.shape == (24, 4)
     assert (light.values[:, :3] == 7.5).all()
@@ -28,13 +29,13 @@ def test_colours_are_opaque_and_unclipped(baked):
 def test_separate_layers_have_attributes_of_their_own(baked):
     baked.corner_direct = np.full_like(baked.corner_radiance, 2.0)
     baked.corner_indirect = np.full_like(baked.corner_radiance, 3.0)
-    layers = {layer.name: layer.values[0, 0] for layer in light_attributes(baked, BY_CORNER)}
+    layers = {layer.name: layer.values[0, 0] for layer in at_once(light_attributes(baked, BY_CORNER))}
     assert layers == {"Radiosity": 0.0, "Radiosity Direct": 2.0, "Radiosity Indirect": 3.0}
 
 
 def test_even_light_is_the_same_at_vertices_and_loses_nothing(baked):
     baked.corner_radiance[:] = (1.0, 0.5, 0.25)
-    (light,) = light_attributes(baked, BY_VERTEX)
+    (light,) = at_once(light_attributes(baked, BY_VERTEX))
     assert light.values[:, :3] == pytest.approx(np.tile((1.0, 0.5, 0.25), (len(baked.positions), 1)))
     assert storage_losses([baked], BY_VERTEX) == []
 
@@ -43,7 +44,7 @@ def test_a_vertex_has_the_mean_of_its_corners_by_their_angles(baked):
     """The first triangle of the square is bright, the second dark: one of 45 degrees each at vertex 0."""
     bright = baked.source_triangle == 0
     baked.corner_radiance[bright] = 1.0
-    (light,) = light_attributes(baked, BY_VERTEX)
+    (light,) = at_once(light_attributes(baked, BY_VERTEX))
     at = {tuple(np.round(position[:2], 3)): light.values[index, 0] for index, position in enumerate(baked.positions)}
     assert at[0.0, 0.0] == pytest.approx(0.5)
     assert at[1.0, 0.0] == 1.0
@@ -82,7 +83,7 @@ def test_colours_in_steps_are_as_many_as_asked_for_and_never_off_by_more_than_ha
 def test_steps_reach_the_attribute_and_say_what_they_clip(baked):
     baked.corner_radiance[:] = np.linspace(0.0, 2.0, baked.corner_radiance.size).reshape(baked.corner_radiance.shape)
     settings = Settings(colour_steps=4)
-    (light,) = light_attributes(baked, settings)
+    (light,) = at_once(light_attributes(baked, settings))
     assert len(np.unique(light.values[:, :3])) == 4
     assert storage_losses([baked], settings) == [
         "colour_steps 4: colours up to 2 were clipped at 1; FLOAT_COLOR without steps keeps them"

@@ -4,14 +4,15 @@
 import numpy as np
 import pytest
 from antumbra.core.carry import carry_attribute
-from antumbra.core.face_samples import means_of_faces, place_samples, rounded, sampling_levels
+from antumbra.core.face_samples import distinct_rows, means_of_faces, place_samples, rounded, sampling_levels
+from antumbra.core.pieces import at_once
 from antumbra.core.record import Attribute
 from meshes import quad_surface
 
 
 def sampled(levels, surface=None):
     surface = surface or quad_surface()
-    return surface, place_samples(surface, np.array(levels, dtype=np.int32))
+    return surface, at_once(place_samples(surface, np.array(levels, dtype=np.int32)))
 
 
 @pytest.mark.parametrize("level", [1, 2, 5])
@@ -19,7 +20,7 @@ def test_means_of_quadratic_functions_are_exact(level):
     """Over the unit square: x -> 1/2, x² -> 1/3, xy -> 1/4."""
     surface, samples = sampled([level, level])
     x, y = samples.positions[:, 0], samples.positions[:, 1]
-    found = means_of_faces(surface, samples, np.stack([x, x * x, x * y], axis=1))
+    found = at_once(means_of_faces(surface, samples, np.stack([x, x * x, x * y], axis=1)))
     assert found.mean[0] == pytest.approx([1 / 2, 1 / 3, 1 / 4], abs=1e-12)
 
 
@@ -37,7 +38,7 @@ def test_all_samples_lie_inside_and_stand_for_the_same_area():
 def test_a_triangle_counts_by_its_area_however_often_it_is_looked_at():
     surface, samples = sampled([1, 7])
     on_second = (samples.vertex_source_triangle == 1).astype(float)
-    found = means_of_faces(surface, samples, on_second[:, None])
+    found = at_once(means_of_faces(surface, samples, on_second[:, None]))
     assert found.mean[0, 0] == pytest.approx(0.5)
     assert found.deviation[0, 0] == pytest.approx(0.5)
 
@@ -45,14 +46,14 @@ def test_a_triangle_counts_by_its_area_however_often_it_is_looked_at():
 def test_faces_that_nobody_looks_at_have_no_mean():
     surface, samples = sampled([0, 0])
     assert len(samples.triangles) == 0
-    assert np.isnan(means_of_faces(surface, samples, np.empty((0, 1))).mean).all()
+    assert np.isnan(at_once(means_of_faces(surface, samples, np.empty((0, 1)))).mean).all()
 
 
 def test_a_face_without_area_shows_what_is_found_there():
     surface = quad_surface()
     surface.positions[:] = 0.0
     surface, samples = sampled([1, 1], surface)
-    found = means_of_faces(surface, samples, np.full((6, 1), 0.25))
+    found = at_once(means_of_faces(surface, samples, np.full((6, 1), 0.25)))
     assert found.mean[0, 0] == 0.25
 
 
@@ -76,3 +77,12 @@ def test_rounding_is_finer_than_anyone_asks_for():
     off = np.abs(as_exitance - exitance).max(axis=1) / exitance.max(axis=1)
     assert off.max() <= 1 / 1024
     assert (rounded(np.zeros((1, 3)), np.zeros((1, 3)))[1] == 0.0).all()
+
+
+@pytest.mark.parametrize(("count", "values"), [(1, 1), (400, 1), (400, 2), (400, 1000)])
+def test_distinct_rows_are_those_that_numpy_finds(count, values):
+    rows = np.random.default_rng(count + values).integers(values, size=(count, 8)) / 1024.0
+    distinct, which = at_once(distinct_rows(rows))
+    expected, expected_which = np.unique(rows, axis=0, return_inverse=True)
+    assert np.array_equal(distinct, expected)
+    assert np.array_equal(which, expected_which.reshape(-1))

@@ -22,6 +22,7 @@ class BlenderHost:
         self._prepared = PreparedMeshes()
         self._texture_warnings: list[str] | None = None
         """Of the solution at hand, once its meshes show their textures."""
+        self._textured: set[int] = set()
 
     def read(self, settings: Settings) -> Pieces[SceneRecord]:
         return reading(bpy.context, settings)
@@ -40,7 +41,7 @@ class BlenderHost:
 
     def _show_textures(self, scene: SceneRecord, solution: Solution, settings: Settings) -> Pieces[list[str]]:
         if self._texture_warnings is None:
-            self._texture_warnings = yield from show_textures(scene, solution, settings)
+            self._texture_warnings = yield from show_textures(scene, solution, settings, self._textured)
             yield GO_ON
         return self._texture_warnings
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A refined mesh to Blender, by foreach_set of whole buffers: a million triangles in under a second."""
+"""A refined mesh to Blender, by foreach_set of whole buffers: a million triangles in under a second, in pieces."""
 
 from __future__ import annotations
 
@@ -10,70 +10,104 @@ import numpy as np
 
 from ..core.carry import (
     BakedMesh,
-    carry_attribute,
     carry_edge_attribute,
-    carry_normals,
+    carrying_attribute,
+    carrying_normals,
     error_attribute,
     line_attribute,
     source_edge_of_corner,
 )
 from ..core.colours import RADIOSITY, light_attributes
 from ..core.lights import Floats
+from ..core.pieces import GO_ON, Pieces
 from ..core.record import Attribute, FloatArray, IntArray, Surface
 from ..core.settings import Settings
 from .attribute_types import write_attribute
 from .mesh_read import attribute_ints
+from .temporary import remove
 
 
-def write_mesh(
+def writing_mesh(
     name: str,
     surface: Surface,
     baked: BakedMesh,
     materials: list[bpy.types.Material | None],
     settings: Settings,
     world_from_object: Floats | None = None,
-) -> bpy.types.Mesh:
+) -> Pieces[bpy.types.Mesh]:
     """A new mesh with the baked faces, their light and all that the source mesh carried.
 
-    With world_from_object the mesh is written in world space.
+    With world_from_object the mesh is written in world space. Whoever leaves off half-way leaves no mesh behind;
+    ReferenceError says that it, or one of its materials, was deleted between two pieces.
     """
     mesh = bpy.data.meshes.new(name)
-    for material in materials:
-        mesh.materials.append(material)
+    try:
+        for material in materials:
+            mesh.materials.append(material)
+        normals = yield from _write_shape(mesh, surface, baked, world_from_object)
+        yield from _write_carried(mesh, surface, baked)
+        yield from _write_light(mesh, baked, settings)
+        if normals is not None:
+            write_normals(mesh, normals)
+            yield GO_ON
+        mesh.update()
+    except BaseException:
+        remove([mesh])
+        raise
+    return mesh
 
-    # Vertices, corners and faces; Blender finds the edges
-    positions, normals = baked.positions, carry_normals(surface, baked)
+
+def _write_shape(
+    mesh: bpy.types.Mesh, surface: Surface, baked: BakedMesh, world_from_object: Floats | None
+) -> Pieces[FloatArray | None]:
+    """Vertices, corners and faces, of which Blender finds the edges; returns the normals, to be written last."""
+    positions = baked.positions
+    normals = yield from carrying_normals(surface, baked)
     if world_from_object is not None:
         positions = positions @ world_from_object[:3, :3].T + world_from_object[:3, 3]
         if normals is not None:
             normals = _transformed_normals(normals, world_from_object)
+        yield GO_ON
     write_faces(mesh, positions, baked.triangles)
+    yield GO_ON
+    return normals
 
-    # Attributes by domain; those on edges need the edges' new numbers
+
+def _write_carried(mesh: bpy.types.Mesh, surface: Surface, baked: BakedMesh) -> Pieces[None]:
+    """Attributes by domain; those on edges need the edges' new numbers."""
     attributes = surface.attributes or []
     for attribute in attributes:
         if attribute.domain != "EDGE":
-            write_attribute(mesh, carry_attribute(attribute, surface, baked))
-    _write_edge_attributes(mesh, [a for a in attributes if a.domain == "EDGE"], surface, baked)
+            carried = yield from carrying_attribute(attribute, surface, baked)
+            write_attribute(mesh, carried)
+            yield GO_ON
+    on_edges = [attribute for attribute in attributes if attribute.domain == "EDGE"]
+    if on_edges:
+        source_edge, baked_edge = source_edge_of_corner(surface, baked), _edge_of_corner(mesh)
+        for attribute in on_edges:
+            yield GO_ON
+            write_attribute(mesh, carry_edge_attribute(attribute, source_edge, baked_edge, len(mesh.edges)))
     activate_uv_maps(mesh, surface)
+    yield GO_ON
 
-    # Light, the lines that it has, and its error
+
+def _write_light(mesh: bpy.types.Mesh, baked: BakedMesh, settings: Settings) -> Pieces[None]:
+    """Light, the lines that it has, and its error."""
     if baked.edge_line.any():
         lines = line_attribute(baked, _edge_of_corner(mesh), len(mesh.edges))
         if lines is not None:
             write_attribute(mesh, lines)
+        yield GO_ON
     errors = error_attribute(baked)
     if errors is not None:
         write_attribute(mesh, errors)
-    for layer in light_attributes(baked, settings):
+        yield GO_ON
+    layers = yield from light_attributes(baked, settings)
+    for layer in layers:
         write_attribute(mesh, layer)
+        yield GO_ON
     mesh.color_attributes.active_color_name = RADIOSITY
     mesh.color_attributes.render_color_index = mesh.color_attributes.find(RADIOSITY)
-
-    if normals is not None:
-        write_normals(mesh, normals)
-    mesh.update()
-    return mesh
 
 
 def write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) -> None:
@@ -92,17 +126,6 @@ def write_faces(mesh: bpy.types.Mesh, positions: Floats, triangles: IntArray) ->
         mesh.loops.foreach_set("vertex_index", corners)
     mesh.polygons.foreach_set("loop_start", np.arange(0, corner_count, 3, dtype=np.int32))
     mesh.update(calc_edges=True)
-
-
-def _write_edge_attributes(
-    mesh: bpy.types.Mesh, attributes: list[Attribute], surface: Surface, baked: BakedMesh
-) -> None:
-    if not attributes:
-        return
-    source_edge = source_edge_of_corner(surface, baked)
-    baked_edge = _edge_of_corner(mesh)
-    for attribute in attributes:
-        write_attribute(mesh, carry_edge_attribute(attribute, source_edge, baked_edge, len(mesh.edges)))
 
 
 def _edge_of_corner(mesh: bpy.types.Mesh) -> IntArray:

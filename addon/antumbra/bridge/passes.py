@@ -18,9 +18,18 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.face_samples import Samples, cut, means_of_faces, place_samples, rounded, sampling_levels, triangle_areas
+from ..core.face_samples import (
+    Samples,
+    cut,
+    distinct_rows,
+    means_of_faces,
+    place_samples,
+    rounded,
+    sampling_levels,
+    triangle_areas,
+)
 from ..core.lights import Floats
-from ..core.pieces import GO_ON, TURN, Pieces
+from ..core.pieces import GO_ON, TURN, Pieces, rows_of
 from ..core.record import IntArray, Material, SceneRecord, name_list
 from .materials import MaterialReader
 from .neutral_material import PLACED, NeutralMaterials, coordinates_of, has_glass, has_metal
@@ -38,6 +47,9 @@ _BATCH = 64
 _SAMPLES_AT_A_TIME = 6_000
 _BENCHES_AT_A_TIME = 4
 
+# Some milliseconds of them.
+_MATERIALS_AT_A_TIME = 1_000
+
 # A face varies when its colours deviate by more than this from their mean: a step of 8-bit colour in the light ones.
 _VARIES = 0.005
 
@@ -46,7 +58,7 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> Pi
     """Give the faces of unreadable materials what Cycles sees on them, or their materials what has to do instead."""
     materials = {material.session_uid: material for material in bpy.data.materials}
     try:
-        sitters = _sitters(scene, reader, materials)
+        sitters = yield from _sitters(scene, reader, materials)
     except KeyError:
         raise ReferenceError("a material was deleted while the scene was read") from None
     if not sitters:
@@ -57,8 +69,8 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> Pi
     neutral = NeutralMaterials(reader.metals_are_matte)
     varying: list[str] = []
 
-    def keep(sitter: Sitter, samples: Samples, colours: Colours) -> None:
-        face_materials, varies = _face_materials(scene, sitter, samples, colours, varying)
+    def keep(sitter: Sitter, samples: Samples, colours: Colours) -> Pieces[None]:
+        face_materials, varies = yield from _face_materials(scene, sitter, samples, colours, varying)
         for index in sitter.records:
             scene.objects[index] = replace(
                 scene.objects[index], face_materials=face_materials, varying_faces=varies if varies.any() else None
@@ -85,7 +97,7 @@ def read_passes(scene: SceneRecord, reader: MaterialReader, quantity: str) -> Pi
         )
 
 
-def _sitters(scene: SceneRecord, reader: MaterialReader, materials: dict[int, Any]) -> list[Sitter]:
+def _sitters(scene: SceneRecord, reader: MaterialReader, materials: dict[int, Any]) -> Pieces[list[Sitter]]:
     """What has to be looked at; instances of one mesh once, unless their place or object shows in their colours."""
     by_key: dict[tuple[object, ...], Sitter] = {}
     coordinates: dict[int | None, set[str]] = {None: set()}
@@ -112,6 +124,7 @@ def _sitters(scene: SceneRecord, reader: MaterialReader, materials: dict[int, An
                 surface, record.world_from_object, own, record.slot_materials, wanted, depends_on, len(by_key)
             )
         by_key[key].records.append(index)
+        yield GO_ON
     return list(by_key.values())
 
 
@@ -122,7 +135,7 @@ def _do_without(sitters: list[Sitter], reader: MaterialReader) -> None:
 
 
 Seat = tuple[Sitter, Samples]
-Keep = Callable[[Sitter, Samples, Colours], None]
+Keep = Callable[[Sitter, Samples, Colours], Pieces[None]]
 
 
 def look_at(seats: list[Seat], neutral: NeutralMaterials, keep: Keep) -> Pieces[None]:
@@ -140,7 +153,8 @@ def look_at(seats: list[Seat], neutral: NeutralMaterials, keep: Keep) -> Pieces[
                 looked = studio.look([(part.bench, part.seated) for part in parts])
                 colours = yield from looked
                 for part, seen in zip(parts, colours, strict=True):
-                    _gather(part, seen, found, keep)
+                    yield GO_ON
+                    yield from _gather(part, seen, found, keep)
                 yield GO_ON
         finally:
             studio.remove()
@@ -181,20 +195,24 @@ def _in_turn(benches: list[list[Seat]]) -> Iterator[list[_Part]]:
         yield turn
 
 
-def _gather(part: _Part, seen: list[Colours], found: dict[int, Colours], keep: Keep) -> None:
+def _gather(part: _Part, seen: list[Colours], found: dict[int, Colours], keep: Keep) -> Pieces[None]:
     """Add what was seen to what is known of each sitter, and hand over what is complete."""
     for (sitter, _), whole, colours in zip(part.seated, part.whole, seen, strict=True):
         known = found.get(sitter.number)
         together = colours if known is None else np.concatenate([known, colours])
         if len(together) == len(whole.positions):
             found.pop(sitter.number, None)
-            keep(sitter, whole, together)
+            yield from keep(sitter, whole, together)
+            yield GO_ON
         else:
             found[sitter.number] = together
 
 
 def _seats(sitters: list[Sitter]) -> Pieces[list[Seat]]:
-    areas = [_sampled_area(sitter) for sitter in sitters]
+    areas = []
+    for sitter in sitters:
+        area = yield from _sampled_area(sitter)
+        areas.append(area)
     scale = [area_scale(sitter.world_from_object) for sitter in sitters]
     yield GO_ON
     whole = sum(float(np.maximum(area, 0.0).sum()) * factor for area, factor in zip(areas, scale, strict=True))
@@ -202,7 +220,8 @@ def _seats(sitters: list[Sitter]) -> Pieces[list[Seat]]:
     seats = []
     for sitter, area, factor in zip(sitters, areas, scale, strict=True):
         levels = np.where(area >= 0.0, sampling_levels(np.maximum(area, 0.0), density * factor), 0)
-        seats.append((sitter, place_samples(sitter.surface, levels)))
+        samples = yield from place_samples(sitter.surface, levels)
+        seats.append((sitter, samples))
         yield GO_ON
     return seats
 
@@ -221,10 +240,11 @@ def _benches(sitters: list[Sitter]) -> list[list[int]]:
     return benches
 
 
-def _sampled_area(sitter: Sitter) -> Floats:
+def _sampled_area(sitter: Sitter) -> Pieces[Floats]:
     """(T,) object-space areas, less than none for triangles that nobody looks at."""
+    areas = yield from triangle_areas(sitter.surface)
     slots = sitter.slots()[sitter.surface.triangle_faces]
-    return np.where(sitter.wanted[slots], triangle_areas(sitter.surface), -0.5)
+    return np.where(sitter.wanted[slots], areas, -0.5)
 
 
 def area_scale(world_from_object: Floats) -> float:
@@ -238,14 +258,14 @@ def _face_materials(
     samples: Samples,
     colours: Colours,
     varying: list[str],
-) -> tuple[IntArray, NDArray[np.bool_]]:
+) -> Pieces[tuple[IntArray, NDArray[np.bool_]]]:
     """(F,) material of each face, new ones added to the scene, and whether its colours vary."""
     surface = sitter.surface
     slots = sitter.slots()
     shown = any(scene.objects[index].receives for index in sitter.records)
     by_slot = np.asarray(sitter.slot_materials, dtype=np.int32)
     face_materials = by_slot[slots]
-    found = means_of_faces(surface, samples, colours)
+    found = yield from means_of_faces(surface, samples, colours)
     faces = np.flatnonzero(sitter.wanted[slots] & np.isfinite(found.mean[:, 0]))
     varies = np.zeros(len(face_materials), dtype=np.bool_)
     if len(faces) == 0:
@@ -253,6 +273,7 @@ def _face_materials(
     varies[faces] = np.delete(found.deviation[faces], 3, axis=1).max(axis=1) > _VARIES
 
     # Name what is lost
+    yield GO_ON
     at = by_slot[slots[faces]]
     opacity = np.clip(found.mean[faces, 3], 0.0, 1.0)
     for material in np.unique(at):
@@ -265,15 +286,19 @@ def _face_materials(
         scene.warnings.append(f"materials that reflect more than arrives reflect all of it: {name_list(bright)}")
 
     # One material for each distinct colour of each slot
+    yield GO_ON
     reflectance, exitance = rounded(
         np.clip(found.mean[faces, :3], 0.0, 1.0), math.pi * np.maximum(found.mean[faces, 4:7], 0.0)
     )
+    yield GO_ON
     through, _ = rounded(1.0 - opacity[:, None], exitance)
     rows = np.concatenate([at[:, None], through, reflectance, exitance], axis=1)
-    distinct, which = np.unique(rows, axis=0, return_inverse=True)
+    distinct, which = yield from distinct_rows(rows)
     first = len(scene.materials)
-    for row in distinct.tolist():
-        name = scene.materials[int(row[0])].name
-        scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), (row[1],) * 3))
-    face_materials[faces] = first + which.reshape(-1)
+    face_materials[faces] = first + which
+    for part in rows_of(len(distinct), _MATERIALS_AT_A_TIME):
+        for row in distinct[part].tolist():
+            name = scene.materials[int(row[0])].name
+            scene.materials.append(Material(name, tuple(row[2:5]), tuple(row[5:8]), (row[1],) * 3))
+        yield GO_ON
     return face_materials, varies

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,10 +14,10 @@ from ..core.bake import Solution
 from ..core.carry import BakedMesh
 from ..core.colours import storage_losses
 from ..core.errors import InputError
-from ..core.pieces import TURN, Pieces
+from ..core.pieces import GO_ON, Pieces, at_once
 from ..core.record import ObjectRecord, SceneRecord, name_list
 from ..core.settings import Settings
-from .mesh_write import write_mesh
+from .mesh_write import writing_mesh
 from .originals import (
     hide_source,
     remove_baked_objects,
@@ -37,9 +36,6 @@ SOURCE_PROPERTY = "antumbra_source"
 # which they cannot express. f32 products of rotation and scale are off by about 1e-7; shear smaller than 1e-5 moves
 # nothing one could see.
 _SHEAR_TOLERANCE = 1e-5
-
-# How long meshes are made at a time: one frame of a screen, so that nobody sees it stutter.
-_SLICE_S = 0.015
 
 
 def write_solution(
@@ -85,32 +81,38 @@ def remove_bakes(context: bpy.types.Context, owners: set[bpy.types.Object] | Non
 class PreparedMeshes:
     """Baked meshes that are not in the scene yet, by the objects' numbers in the record.
 
-    Known by their session_uid alone: undoing something else in the meantime may take them away.
+    Those that are whole are known by their session_uid alone: undoing something else in the meantime may take them
+    away.
     """
 
     def __init__(self) -> None:
         self._uids: dict[int, int] = {}
+        self._half_made: Pieces[bpy.types.Mesh] | None = None
 
     def make(
         self, context: bpy.types.Context, scene_record: SceneRecord, solution: Solution, settings: Settings
     ) -> Pieces[None]:
-        """Make the meshes, as many to a piece as take a moment; those of an earlier try are gone."""
+        """Make the meshes; those of an earlier try are gone. To be left off before Blender undoes anything.
+
+        ReferenceError says that something was deleted between two pieces.
+        """
         self.discard()
-        left = list(reversed(solution.meshes))
-        while left:
-            end = time.perf_counter() + _SLICE_S
-            # Anew for each slice: pointers into Blender do not outlive it.
-            writer = _Writer(context, settings, self)
-            while left and time.perf_counter() < end:
-                baked = left.pop()
-                record = scene_record.objects[baked.object]
-                owner = writer.owner(record)
-                if owner is not None:
-                    self._uids[baked.object] = writer.make(record, baked, owner).session_uid
-            yield TURN
+        writer = _Writer(context, settings, self)
+        for baked in solution.meshes:
+            record = scene_record.objects[baked.object]
+            owner = writer.owner(record)
+            if owner is not None:
+                self._half_made = writer.making(record, baked, owner)
+                mesh = yield from self._half_made
+                self._half_made = None
+                self._uids[baked.object] = mesh.session_uid
+            yield GO_ON
 
     def take(self) -> dict[int, bpy.types.Mesh]:
-        """Those that are still there; none is left afterwards."""
+        """Those that are whole and still there; none is left afterwards."""
+        if self._half_made is not None:
+            self._half_made.close()
+            self._half_made = None
         meshes = {mesh.session_uid: mesh for mesh in bpy.data.meshes} if self._uids else {}
         there = {number: meshes[uid] for number, uid in self._uids.items() if uid in meshes}
         self._uids.clear()
@@ -168,7 +170,7 @@ class _Writer:
         try:
             for record, baked, owner in pairs:
                 if baked.object not in meshes:
-                    meshes[baked.object] = self.make(record, baked, owner)
+                    meshes[baked.object] = at_once(self.making(record, baked, owner))
         except BaseException:
             bpy.data.batch_remove(list(meshes.values()))
             raise
@@ -202,12 +204,12 @@ class _Writer:
         _hide({owner for owner in new_objects.values() if owner not in in_place})
         return self._warnings(pairs, gone)
 
-    def make(self, record: ObjectRecord, baked: BakedMesh, owner: bpy.types.Object) -> bpy.types.Mesh:
+    def making(self, record: ObjectRecord, baked: BakedMesh, owner: bpy.types.Object) -> Pieces[bpy.types.Mesh]:
         """A mesh with a record's light, not in the scene yet."""
         materials = [None if uid is None else self._materials.get(uid) for uid in record.slot_uids]
         stays = self._can_replace(record, owner) or _without_shear(record) is not None
         in_world = None if stays else record.world_from_object
-        mesh = write_mesh(record.name, record.surface, baked, materials, self._settings, in_world)
+        mesh = yield from writing_mesh(record.name, record.surface, baked, materials, self._settings, in_world)
         if self._settings.quantity == "IRRADIANCE":
             mesh[IRRADIANCE] = True
         return mesh

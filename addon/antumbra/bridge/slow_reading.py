@@ -21,9 +21,9 @@ PAUSE_S = 0.001
 SLICE_S = 0.015
 
 # Most slices of reading make Blender draw its viewports anew. Where that takes longer than the slice, as without a
-# graphics card, reading goes on for as long: nobody is kept waiting more than twice as long as by drawing, and the
-# whole does not take ten times its time.
-_LONGEST_SLICE_S = 0.1
+# graphics card, reading goes on for as long, so that the whole does not take ten times its time; up to where somebody
+# would notice one slice by itself, with the piece that ends it.
+_LONGEST_SLICE_S = 0.03
 
 # Somebody who deletes things all the time is told so.
 _MOST_READINGS = 5

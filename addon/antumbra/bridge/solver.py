@@ -18,6 +18,9 @@ from ..core.settings import Settings
 
 _Result = TypeVar("_Result")
 
+# Faces of textured surfaces have materials of their own, and there may be a hundred thousand.
+_MATERIALS_AT_A_TIME = 4_096
+
 # From the most special to the most general; the first that fits is taken.
 _ERRORS: tuple[tuple[type[Exception], type[BakeError]], ...] = (
     (antumbra_native.NoLightError, NoLightError),
@@ -40,7 +43,9 @@ def start(scene: SceneRecord, settings: Settings) -> Pieces[Job]:
 
 
 def _tell(native: antumbra_native.Scene, scene: SceneRecord) -> Pieces[None]:
-    for material in scene.materials:
+    for number, material in enumerate(scene.materials):
+        if number % _MATERIALS_AT_A_TIME == 0:
+            yield GO_ON
         native.add_material(
             material.name,
             material.reflectance_rgb,

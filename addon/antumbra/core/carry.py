@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lights import Floats
+from .pieces import GO_ON, Pieces, at_once, rows_of
 from .record import Attribute, FloatArray, IntArray, Surface
 
 ERROR = "antumbra_error"
@@ -62,18 +63,27 @@ class BakedMesh(RefinedMesh, Protocol):
 
 def carry_attribute(attribute: Attribute, surface: Surface, baked: RefinedMesh) -> Attribute:
     """The attribute on the refined mesh, for the domains POINT, FACE and CORNER."""
+    return at_once(carrying_attribute(attribute, surface, baked))
+
+
+def carrying_attribute(attribute: Attribute, surface: Surface, baked: RefinedMesh) -> Pieces[Attribute]:
+    """What carry_attribute() does."""
+    parts = [attribute.values[:0]]
     match attribute.domain:
         case "POINT":
-            sources = surface.triangles[baked.vertex_source_triangle]
-            values = _mix(attribute, sources, baked.vertex_barycentric)
+            for rows in rows_of(len(baked.positions)):
+                sources = surface.triangles[baked.vertex_source_triangle[rows]]
+                parts.append(_mix(attribute, sources, baked.vertex_barycentric[rows]))
+                yield GO_ON
         case "CORNER":
-            # Repeat each triangle's three source corners for its three new corners.
-            sources = np.repeat(surface.triangle_corners[baked.source_triangle], 3, axis=0)
-            values = _mix(attribute, sources, baked.corner_barycentric.reshape(-1, 3))
+            for rows in rows_of(len(baked.triangles)):
+                parts.append(_mix(attribute, *_corners(surface, baked, rows)))
+                yield GO_ON
         case "FACE":
-            values = attribute.values[surface.triangle_faces[baked.source_triangle]]
+            parts.append(attribute.values[surface.triangle_faces[baked.source_triangle]])
         case domain:
             raise ValueError(f"attribute “{attribute.name}” on domain {domain} cannot be carried by corners")
+    values = np.concatenate(parts)
     return Attribute(attribute.name, attribute.domain, attribute.data_type, values, attribute.blends)
 
 
@@ -123,6 +133,11 @@ def error_attribute(baked: BakedMesh) -> Attribute | None:
 
 
 def carry_normals(surface: Surface, baked: RefinedMesh) -> FloatArray | None:
+    """What carrying_normals() does, without a stop."""
+    return at_once(carrying_normals(surface, baked))
+
+
+def carrying_normals(surface: Surface, baked: RefinedMesh) -> Pieces[FloatArray | None]:
     """(3T, 3) shading normals to write as custom normals, or None where Blender's own come out right.
 
     Blender derives smooth normals from the faces, and the pieces of a flat face are all flat: without custom normals a
@@ -133,10 +148,19 @@ def carry_normals(surface: Surface, baked: RefinedMesh) -> FloatArray | None:
     refined = len(baked.triangles) != len(surface.triangles)
     if not refined and not surface.has_custom_normals:
         return None
-    sources = np.repeat(surface.triangle_corners[baked.source_triangle], 3, axis=0)
-    normals = _blend(surface.corner_normals, sources, baked.corner_barycentric.reshape(-1, 3))
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.maximum(lengths, np.finfo(np.float64).tiny), dtype=np.float32)
+    carried = np.empty((3 * len(baked.triangles), 3), dtype=np.float32)
+    for rows in rows_of(len(baked.triangles)):
+        normals = _blend(surface.corner_normals, *_corners(surface, baked, rows))
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        carried[3 * rows.start : 3 * rows.stop] = normals / np.maximum(lengths, np.finfo(np.float64).tiny)
+        yield GO_ON
+    return carried
+
+
+def _corners(surface: Surface, baked: RefinedMesh, rows: slice) -> tuple[IntArray, Floats]:
+    """(3R, 3) of R baked triangles: the three source corners and the coordinates of each baked corner."""
+    sources = np.repeat(surface.triangle_corners[baked.source_triangle[rows]], 3, axis=0)
+    return sources, baked.corner_barycentric[rows].reshape(-1, 3)
 
 
 def _mix(attribute: Attribute, sources: IntArray, barycentric: Floats) -> NDArray[Any]:

@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .carry import RefinedMesh
 from .lights import Floats
+from .pieces import GO_ON, Pieces, rows_of
 from .record import IntArray, Surface
 
 # A pair of triangles of 64² parts has 24,576 samples, as many as a texture of 157² pixels: means of photographs are
@@ -56,10 +58,12 @@ def sampling_levels(areas: Floats, samples_per_area: float) -> IntArray:
     return np.asarray(np.clip(np.rint(wanted), 1, _MOST_PARTS), dtype=np.int32)
 
 
-def place_samples(surface: Surface, levels: IntArray) -> Samples:
+def place_samples(surface: Surface, levels: IntArray) -> Pieces[Samples]:
     """Samples on the triangles of a surface; levels (T,), 0 for triangles that nobody looks at."""
     source, barycentric = nodes_by_level(levels)
-    return small_triangles(surface, source, barycentric)
+    yield GO_ON
+    samples = yield from small_triangles(surface, source, barycentric)
+    return samples
 
 
 def cut(samples: Samples, most: int) -> Iterator[Samples]:
@@ -91,11 +95,14 @@ def nodes_by_level(levels: IntArray) -> tuple[IntArray, Floats]:
     return triangle, np.concatenate(barycentrics or [np.empty((0, 3, 3))])
 
 
-def small_triangles(surface: Surface, source: IntArray, barycentric: Floats) -> Samples:
+def small_triangles(surface: Surface, source: IntArray, barycentric: Floats) -> Pieces[Samples]:
     """Triangles that share no corners, on source triangles (S,) at barycentric coordinates (S, 3, 3)."""
-    corners = surface.positions[surface.triangles[source]].astype(np.float64)
+    positions = np.empty((len(source), 3, 3))
+    for rows in rows_of(len(source)):
+        positions[rows] = barycentric[rows] @ surface.positions[surface.triangles[source[rows]]].astype(np.float64)
+        yield GO_ON
     return Samples(
-        positions=np.einsum("sck,skx->scx", barycentric, corners).reshape(-1, 3),
+        positions=positions.reshape(-1, 3),
         vertex_source_triangle=np.repeat(source, 3),
         vertex_barycentric=barycentric.reshape(-1, 3),
         triangles=np.arange(3 * len(source), dtype=np.int32).reshape(-1, 3),
@@ -105,22 +112,26 @@ def small_triangles(surface: Surface, source: IntArray, barycentric: Floats) -> 
     )
 
 
-def means_of_faces(surface: Surface, samples: Samples, values: NDArray[Any]) -> FaceMeans:
+def means_of_faces(surface: Surface, samples: Samples, values: NDArray[Any]) -> Pieces[FaceMeans]:
     """Means over the faces of what was found at the samples, values (3S, K)."""
+    areas = yield from triangle_areas(surface)
     faces = surface.triangle_faces[samples.vertex_source_triangle]
     # A triangle's samples share its area.
     per_triangle = np.bincount(samples.vertex_source_triangle, minlength=len(surface.triangles))
-    weights = (triangle_areas(surface) / np.maximum(per_triangle, 1))[samples.vertex_source_triangle]
+    weights = (areas / np.maximum(per_triangle, 1))[samples.vertex_source_triangle]
     count = len(surface.face_materials)
     whole = np.bincount(faces, weights=weights, minlength=count)
     # Faces without area show what was found there all the same.
+    yield GO_ON
     flat = (whole == 0.0)[faces]
     if flat.any():
         weights = np.where(flat, 1.0, weights)
         whole = np.bincount(faces, weights=weights, minlength=count)
     mean, deviation = [], []
-    with np.errstate(invalid="ignore"):
-        for column in values.T.astype(np.float64):
+    for each in values.T:
+        yield GO_ON
+        column = each.astype(np.float64)
+        with np.errstate(invalid="ignore"):
             at_face = np.bincount(faces, weights=weights * column, minlength=count) / whole
             off = column - at_face[faces]
             mean.append(at_face)
@@ -128,11 +139,31 @@ def means_of_faces(surface: Surface, samples: Samples, values: NDArray[Any]) -> 
     return FaceMeans(np.stack(mean, axis=1), np.stack(deviation, axis=1))
 
 
-def triangle_areas(surface: Surface) -> Floats:
+def triangle_areas(mesh: Surface | RefinedMesh) -> Pieces[Floats]:
     """(T,) in object space."""
-    corners = surface.positions[surface.triangles].astype(np.float64)
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(0.5 * np.linalg.norm(doubled, axis=1))
+    areas = np.empty(len(mesh.triangles))
+    for rows in rows_of(len(areas)):
+        corners = mesh.positions[mesh.triangles[rows]].astype(np.float64)
+        doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        areas[rows] = 0.5 * np.linalg.norm(doubled, axis=1)
+        yield GO_ON
+    return areas
+
+
+def distinct_rows(rows: Floats) -> Pieces[tuple[Floats, NDArray[np.intp]]]:
+    """The distinct rows of an (N, K) array in their order, and which of them each row is.
+
+    Column by column: numpy sorts whole rows in one go that is as long as all of these.
+    """
+    which = np.zeros(len(rows), dtype=np.intp)
+    first = np.zeros(min(len(rows), 1), dtype=np.intp)
+    for column in rows.T:
+        values, place = np.unique(column, return_inverse=True)
+        if len(values) > 1:
+            # At most N times N, which is no more than 2^63
+            _, first, which = np.unique(which * len(values) + place, return_index=True, return_inverse=True)
+        yield GO_ON
+    return rows[first], which
 
 
 def rounded(reflectance: Floats, exitance: Floats) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ its turn now (TURN), because the next piece is a long one, or may have it (GO_ON
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from typing import TypeVar
 
 _Result = TypeVar("_Result")
@@ -16,6 +16,14 @@ _Result = TypeVar("_Result")
 Pieces = Generator[bool, None, _Result]
 
 GO_ON, TURN = False, True
+
+ROWS = 16_384
+"""Of arrays, that a piece goes through: some milliseconds of arithmetic."""
+
+
+def rows_of(count: int, most: int = ROWS) -> Iterator[slice]:
+    """Where the parts of an array of so many rows are, none longer than `most`."""
+    return (slice(first, min(first + most, count)) for first in range(0, count, most))
 
 
 def at_once(pieces: Pieces[_Result]) -> _Result:
