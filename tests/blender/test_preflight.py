@@ -77,6 +77,14 @@ def test_originals_behind_a_bake_are_looked_at_and_not_named():
     assert look().findings == []
 
 
+def test_a_bake_that_was_written_takes_back_that_none_is_possible():
+    add_plane()
+    assert look().findings[0].level == "ERROR"
+    add_area_light()
+    bake(receivers="ALL")
+    assert module("bridge.preflight").last_of(bpy.context.scene) is None
+
+
 def test_another_file_forgets():
     add_plane()
     look()

@@ -75,8 +75,11 @@ class BlenderWindow:
             raise RuntimeError(reply["error"])
         return reply["answer"]
 
-    def until(self, code, seconds=60.0):
-        """Wait until Python inside Blender says something true; return that."""
+    def until(self, code, seconds=240.0):
+        """Wait until Python inside Blender says something true; return that.
+
+        Without a graphics card, on a busy machine, Blender takes a second to draw after each slice of a bake.
+        """
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             answer = self.ask(code)

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
-from ..core.report import error_text, sentence
+from ..core.report import error_text, sentence, told_together
 from .redraw import redraw
 
 
@@ -59,7 +59,7 @@ def lines_of(report: dict[str, Any]) -> list[str]:
     seconds = timings["read_s"] + timings["solve_s"] + timings["write_s"]
     error = error_text(report, translated)
     done = translated("{} triangles in {} s").format(f"{result['triangles']:,}", f"{seconds:.1f}")
-    return [done, *([error] if error else []), *warnings]
+    return [done, *([error] if error else []), *told_together(warnings)]
 
 
 def show_popup(message: str) -> None:

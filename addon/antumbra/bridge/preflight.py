@@ -84,6 +84,12 @@ def _objects_of(warning: str, record: SceneRecord) -> tuple[int, ...]:
     return tuple(dict.fromkeys(having))
 
 
+def forget_errors() -> None:
+    """Once a bake is written, what was said to make one impossible is not true any more, and the rest may not be."""
+    if _last is not None and any(finding.level == "ERROR" for finding in _last.findings):
+        _forget()
+
+
 @persistent  # type: ignore[untyped-decorator]
 def _forget(*_args: object) -> None:
     global _last

@@ -10,7 +10,7 @@ the user is in Object Mode and holds nothing in hand.
 from __future__ import annotations
 
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 from bpy.app.handlers import persistent
@@ -22,7 +22,7 @@ from ..core.pieces import Pieces, for_a_moment
 from ..core.report import sentence
 from .outcome import note_outcome, show_popup
 from .redraw import redraw, redraw_viewports
-from .slow_reading import PAUSE_S, SLICE_S, SlowReading
+from .slow_reading import PAUSE_S, SLICE_S, Slices, SlowReading
 from .surroundings import windows
 from .view_properties import view_of
 
@@ -55,6 +55,7 @@ class _Running:
     waiting_for: str = ""
     pieces: Pieces[None] | None = None
     """Of the meshes that are being made, once there is light."""
+    slices: Slices = field(default_factory=Slices)
     prepared: bool = False
     stage: Pieces[list[LivePiece]] | None = None
     """Of the bake, on its way to the viewport."""
@@ -292,7 +293,7 @@ def _prepare_slice(running: _Running) -> bool:
     if running.pieces is None:
         running.pieces = running.bake.prepare()
     try:
-        running.prepared = for_a_moment(running.pieces, SLICE_S)
+        running.prepared = running.slices.do_one(running.pieces)
     except ReferenceError:
         running.pieces = None
     except BakeError:

@@ -54,7 +54,7 @@ def _reading_geometry(context: bpy.types.Context, settings: Settings) -> Pieces[
     check_mode(context)
     selected = None if settings.receivers == "ALL" else selected_uids(context)
     if selected is not None and not selected:
-        raise InputError("nothing is selected: select the objects to bake, or set the receivers to all objects")
+        raise InputError("nothing is selected: select the objects to bake, or set Bake to All Objects (receivers ALL)")
     yield TURN
     reader = SceneReader(selected, settings, scene_of(context).world)
     try:

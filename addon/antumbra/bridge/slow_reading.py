@@ -20,7 +20,7 @@ PAUSE_S = 0.001
 # How long it waits for a slice: about a frame of a screen, so that nobody sees it stutter.
 SLICE_S = 0.015
 
-# Most slices of reading make Blender draw its viewports anew. Where that takes longer than the slice, as without a
+# Most slices make Blender draw its viewports anew. Where that takes longer than the slice, as without a
 # graphics card, reading goes on for as long, so that the whole does not take ten times its time; up to where somebody
 # would notice one slice by itself, with the piece that ends it.
 _LONGEST_SLICE_S = 0.03
@@ -29,14 +29,29 @@ _LONGEST_SLICE_S = 0.03
 _MOST_READINGS = 5
 
 
+class Slices:
+    """One after the other, of pieces that someone waits for."""
+
+    def __init__(self) -> None:
+        self._end = math.inf
+        """When the last one was over, by time.perf_counter()."""
+
+    def do_one(self, pieces: Pieces[object]) -> bool:
+        """Go on for a moment; returns whether no piece is left."""
+        of_blender = time.perf_counter() - self._end - PAUSE_S
+        try:
+            return for_a_moment(pieces, min(max(of_blender, SLICE_S), _LONGEST_SLICE_S))
+        finally:
+            self._end = time.perf_counter()
+
+
 class SlowReading:
     """The reading of a bake's scene, to whose end the solver starts."""
 
     def __init__(self, bake: Bake) -> None:
         self._bake = bake
         self._begun = 0
-        self._slice_end = math.inf
-        """When the last slice was over, by time.perf_counter()."""
+        self._slices = Slices()
         self.pieces: Pieces[None] | None = None
         """None while it is put off."""
         self.is_over = False
@@ -52,17 +67,14 @@ class SlowReading:
 
     def slice(self) -> None:
         """Go on for a moment; raises BakeError."""
-        of_blender = time.perf_counter() - self._slice_end - PAUSE_S
         try:
-            pieces = self.pieces or self._begin()
-            self.is_over = for_a_moment(pieces, min(max(of_blender, SLICE_S), _LONGEST_SLICE_S))
+            self.is_over = self._slices.do_one(self.pieces or self._begin())
         except ReferenceError:
             self.put_off()
             if self._begun >= _MOST_READINGS:
                 raise BakeError(
                     "things were deleted again and again while the scene was read; nothing was changed"
                 ) from None
-        self._slice_end = time.perf_counter()
 
     def put_off(self) -> None:
         """Take what is ours out of the file; the next slice begins anew."""

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from .record import name_list
 from .settings import Settings
 
 REPORT_VERSION = 1
@@ -85,6 +87,25 @@ def remaining_text(fraction: float, elapsed_s: float, translated: Translated = s
     if seconds < 90.0:
         return translated("{} s left").format(max(5 * round(seconds / 5.0), 5))
     return translated("{} min left").format(round(seconds / 60.0))
+
+
+_OF_ONE = re.compile("(?P<before>[^“]*)“(?P<name>[^”]*)”(?P<after>[^“]*)")
+
+
+def told_together(warnings: list[str]) -> list[str]:
+    """For people: what is said of several things, each in a sentence of its own, is said once, with their names."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for warning in warnings:
+        found = _OF_ONE.fullmatch(warning)
+        if found is None:
+            names[warning, ""] = []
+        else:
+            names.setdefault((found["before"], found["after"]), []).append(found["name"])
+    told = []
+    for (before, after), named in names.items():
+        others = f"; the same goes for {name_list(named[1:])}" if len(named) > 1 else ""
+        told.append(f"{before}“{named[0]}”{after}{others}" if named else before)
+    return told
 
 
 def sentence(text: str) -> str:

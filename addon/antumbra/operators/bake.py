@@ -8,12 +8,12 @@ from typing import Any
 import bpy
 from bpy.app.translations import pgettext_iface as translated
 
-from ..bridge import outcome, running
+from ..bridge import outcome, preflight, running
 from ..bridge.host import new_bake
 from ..bridge.properties import settings_of
 from ..bridge.surroundings import scene_of
 from ..core.errors import BakeError
-from ..core.report import sentence
+from ..core.report import sentence, told_together
 
 Result = set[Any]
 
@@ -120,8 +120,9 @@ def _refuse(operator: bpy.types.Operator, error: BakeError) -> Result:
 
 
 def _finish(operator: bpy.types.Operator, report: dict[str, Any]) -> Result:
-    for warning in report["warnings"]:
+    for warning in told_together(report["warnings"]):
         operator.report({"WARNING"}, sentence(warning))
     outcome.note_report(report)
+    preflight.forget_errors()
     operator.report({"INFO"}, translated("Baked {}").format(outcome.lines_of(report)[0]))
     return {"FINISHED"}

@@ -95,6 +95,7 @@ LABELS: Mapping[str, str] = {
     "Verify Points": "Prüfpunkte",
     "Vertex": "Vertex",
     "View": "Ansicht",
+    "Waiting": "Wartet",
     "sRGB": "sRGB",
     # Of the error curve
     "The last bake told no error": "Der letzte Bake nennt keinen Fehler",
@@ -125,6 +126,7 @@ PROGRESS: Mapping[str, str] = {
     "Light is ready: finish the current action": "Licht ist fertig: laufende Aktion beenden",
     # Before and after
     "{} to {}": "{} bis {}",
+    "{} more in the report": "{} weitere im Bericht",
     "{} triangles": "{} Dreiecke",
     "Up to {} of memory": "Bis zu {} Speicher",
     "{} triangles in {} s": "{} Dreiecke in {} s",

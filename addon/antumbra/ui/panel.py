@@ -30,6 +30,10 @@ from .status_bar import draw_progress
 # Average width of a letter of Blender's interface font at scale 1, in pixels; a little large, so nothing is cut off.
 _LETTER_WIDTH = 6.5
 
+# What is told of a bake in the panel: triangles, error and the first warnings. All of them would push the buttons off
+# the screen, and the report has them.
+_MOST_LINES = 5
+
 
 class _RenderPanel:
     """Where all of them are."""
@@ -49,6 +53,9 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         settings = _settings(context)
         if running.is_running():
             draw_progress(layout.row(align=True))
+            if running.waiting_for():
+                # The bar is too narrow for a whole sentence
+                _draw_text(layout.column(align=True), context, translated(running.waiting_for()), "INFO")
         else:
             layout.operator(ANTUMBRA_OT_bake.bl_idname, icon="LIGHT_AREA")
             _draw_outcome(layout, context)
@@ -56,6 +63,10 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
                 row = layout.row(align=True)
                 row.operator(ANTUMBRA_OT_show_report.bl_idname, icon="TEXT")
                 row.prop(view_of(scene_of(context)), "error_curve", icon="FCURVE", toggle=True)
+        if any(state_of(obj).role != "NONE" for obj in scene_of(context).objects):
+            # Without it a viewport shows nothing of the light, and a new user believes that nothing happened
+            layout.operator(ANTUMBRA_OT_show_light.bl_idname, icon="SHADING_SOLID")
+            layout.operator(ANTUMBRA_OT_remove_bake.bl_idname, icon="TRASH")
         column = _property_column(layout)
         column.prop(settings, "receivers")
         preset = preset_of(settings_of(scene_of(context)))
@@ -64,10 +75,6 @@ class ANTUMBRA_PT_bake(_RenderPanel, bpy.types.Panel):
         row.label(text="Preset")
         label = "Custom" if preset is None else PRESETS[preset].label
         row.operator_menu_enum(ANTUMBRA_OT_preset.bl_idname, "preset", text=label)
-        if any(state_of(obj).role != "NONE" for obj in scene_of(context).objects):
-            # Without it a viewport shows nothing of the light, and a new user believes that nothing happened
-            layout.operator(ANTUMBRA_OT_show_light.bl_idname, icon="SHADING_SOLID")
-            layout.operator(ANTUMBRA_OT_remove_bake.bl_idname, icon="TRASH")
 
 
 class ANTUMBRA_PT_check(_RenderPanel, bpy.types.Panel):
@@ -184,9 +191,13 @@ def _draw_outcome(layout: Any, context: bpy.types.Context) -> None:
         return
     column = layout.column(align=True)
     icon = ended.icon
-    for line in ended.lines:
+    lines = ended.lines
+    for line in lines[:_MOST_LINES]:
         _draw_text(column, context, line, icon)
         icon = "BLANK1"
+    if len(lines) > _MOST_LINES:
+        more = translated("{} more in the report").format(len(lines) - _MOST_LINES)
+        column.label(text=more, icon="BLANK1", translate=False)
 
 
 def _draw_text(column: Any, context: bpy.types.Context, text: str, icon: str, margin: int = 0) -> None:

@@ -27,7 +27,9 @@ def draw_progress(row: Any, width_units: float = 0.0) -> None:
     if progress is None:
         return
     waiting = running.waiting_for()
-    text = translated(waiting) if waiting else _progress_text(progress)
+    text = _progress_text(progress)
+    if waiting:
+        text = translated(waiting if width_units else "Waiting")
     bar = row.row()
     # What a finished bake waits for takes a whole sentence.
     bar.ui_units_x = width_units + 3 if width_units and waiting else width_units
