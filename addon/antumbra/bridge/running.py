@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one bake that may be running while Blender goes on: read by a timer, then a solver thread that the timer watches.
 
-The scene is read in slices, which undo, redo and saving put off. From then on nothing of Blender is held between two
-ticks, and undo, deleting objects and closing windows are harmless; loading a file or disabling the add-on cancels the
-bake and waits for its thread. Meshes are made in slices, and put into the scene in one undo step, by an operator, once
-the user is in Object Mode and holds nothing in hand.
+The scene is read in slices, which undo, redo and saving put off. While the solver works nothing of Blender is held
+between two ticks, and undo, deleting objects and closing windows are harmless; loading a file or disabling the add-on
+cancels the bake and waits for its thread. Meshes are made in slices, put off likewise, and put into the scene in one
+undo step, by an operator, once the user is in Object Mode and holds nothing in hand.
 """
 
 from __future__ import annotations
