@@ -115,7 +115,7 @@ pub struct Settings {
     /// Wall-clock seconds after which the solver finishes what it has; 0 means none.
     pub time_limit: f64,
     /// Most triangles in the baked mesh; 0 leaves it to the solver, which stops at a safety limit of 100,000 plus
-    /// one and a half times the triangles before refinement.
+    /// three times the triangles before refinement.
     pub triangle_budget: u64,
     /// What the colour attribute holds.
     pub quantity: Quantity,

@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use crate::adapt::refinement::{EVEN, Hidden, Refinement};
+use crate::adapt::refinement::{Hidden, Refinement};
+use crate::adapt::suspects::EVEN;
 use crate::course::{Course, SHOOTING};
 use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
