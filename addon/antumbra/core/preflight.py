@@ -26,7 +26,7 @@ _HOLES = 0.05
 _MOST_LINKED = 500
 
 # Triangles that refinement may make when the user sets no budget: Settings::triangle_limit in the solver.
-_FREE_TRIANGLES, _FREE_SHARE = 100_000, 1.5
+_FREE_TRIANGLES, _FREE_SHARE = 100_000, 3.0
 
 # Bytes for each triangle that is made: about 250 in the solver's result (positions, barycentric coordinates, colours),
 # and 150 in Blender with its edges, vertices and one UV map.

@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use crate::adapt::refinement::{EVEN, Hidden, Refinement};
+use crate::adapt::refinement::{Hidden, Refinement};
+use crate::adapt::suspects::EVEN;
 use crate::course::{Course, SHOOTING};
 use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
@@ -210,6 +211,7 @@ impl<'a> Solver<'a> {
         self.course.record(&display, &exchange);
 
         // Refine the mesh for their light
+        let mut full = false;
         if self.settings.method != Method::Uniform {
             let mut refinement = self.refinement(
                 gather,
@@ -226,9 +228,9 @@ impl<'a> Solver<'a> {
                 self.course.estimate.set([Some(error), None]);
                 self.course.record(display, &exchange);
             })?;
-            // What is kept for the patches' light is not out of budget.
-            let out_of_budget = held_back && refinement.triangle_budget == self.triangle_limit;
-            self.out_of_budget |= out_of_budget;
+            // What is kept for the patches' light is theirs.
+            full = held_back && refinement.triangle_budget == self.triangle_limit;
+            self.out_of_budget = held_back;
         }
 
         if !self.plan.exchanges() || self.leaves_out_second_bounce(&display, &exchange) {
@@ -274,7 +276,7 @@ impl<'a> Solver<'a> {
         let else_at = exchange.knows_all().then_some(&about as &(dyn Fn(&Receiver) -> DVec3 + Sync));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest, else_at)?;
         self.course.record(&display, &exchange);
-        if self.settings.method != Method::Uniform && !self.out_of_budget {
+        if self.settings.method != Method::Uniform && !full {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
             let held_back = display.refine(Light::Indirect, &refinement, |display, error| {

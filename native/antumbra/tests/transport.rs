@@ -293,6 +293,25 @@ fn rays_leave_the_inside_of_a_closed_box_dark_and_refuse_endless_light() {
     assert_eq!(surfaces, "“furnace”");
 }
 
+/// What keeps red for ever has a solution in light that has none.
+#[test]
+fn walls_that_absorb_no_red_are_refused_in_red_light_only() {
+    let lit = |exitance_rgb: [f64; 3]| {
+        let mut scene = furnace(0.5);
+        scene.input.materials[0].reflectance_rgb = [1.0, 0.5, 0.5];
+        scene.input.materials[0].exitance_rgb = exitance_rgb;
+        scene
+    };
+    for settings in [by_links(), by_shooting(), by_rays()] {
+        let light = mean(&lit([0.0, 1.0, 1.0]).bake(&settings).meshes);
+        assert!(light.distance(DVec3::new(0.0, 2.0, 2.0)) < 0.02, "{light} by {:?}", settings.transport);
+        let Err(Error::EndlessLight { surfaces }) = lit([1.0, 1.0, 1.0]).try_bake(&settings) else {
+            panic!("it has no solution by {:?}", settings.transport)
+        };
+        assert_eq!(surfaces, "“furnace”");
+    }
+}
+
 /// Means over the baked surfaces of a room by all ways.
 #[test]
 fn shooting_links_and_rays_agree() {

@@ -15,3 +15,4 @@ pub(crate) mod patch_light;
 pub(crate) mod refinable;
 pub(crate) mod refinement;
 pub(crate) mod scene_lines;
+pub(crate) mod suspects;

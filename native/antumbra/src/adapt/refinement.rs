@@ -20,22 +20,8 @@ use crate::index::{ElementId, SampleId};
 use crate::mesh::{Sample, Side};
 use crate::monitor::Progress;
 use crate::scene::world::World;
-use crate::transport::gather::{Gather, rms};
-use crate::visibility::{Receiver, unoccluded_form_factor};
-
-/// Where the light at the corners of an element differs by less than this, in wanted errors, unblocked light is even:
-/// its second difference is smaller still.
-pub(crate) const EVEN: f64 = 1.0;
-
-/// A shadow that no corner sees is looked for only where it could make at least this share of the squared error that
-/// is allowed over all surfaces. A scene of a hundred thousand small triangles would otherwise spend its time on
-/// shadows smaller than they are; missing one costs a thirtieth of the wanted error at most.
-pub(crate) const WORTH_SEARCHING: f64 = 1e-3;
-
-/// Elements whose corners' differences, taken for an error, would not make this share of the allowed squared error are
-/// left alone. What a linear element errs by is about a seventh of them, a fiftieth in square: even a hundred thousand
-/// such elements add up to a fiftieth of what is allowed.
-const WORTH_TESTING: f64 = 1e-5;
+use crate::transport::gather::Gather;
+use crate::visibility::Receiver;
 
 /// In one round, elements with at least this share of the largest squared error are refined. More at once would
 /// refine what the next round finds good enough; fewer cost a round of bookkeeping each.
@@ -219,7 +205,7 @@ impl Refinement<'_> {
     }
 
     /// The same by what patches know of the light on an element.
-    fn squared_error_within(&self, mesh: &impl Refinable, layer: &Layer, leaf: &Leaf) -> f64 {
+    pub(super) fn squared_error_within(&self, mesh: &impl Refinable, layer: &Layer, leaf: &Leaf) -> f64 {
         let Hidden::Crevices { patches, .. } = self.hidden else { return 0.0 };
         let corners = leaf.samples.map(|s| mesh.samples()[s.index()].position);
         let light = leaf.samples.map(|s| layer.irradiance[s.index()]);
@@ -231,44 +217,6 @@ impl Refinement<'_> {
     fn squared_error(&self, leaf: &Leaf, layer: &Layer, bulge: DVec3) -> f64 {
         let material = self.world.faces[leaf.face.index()].material as usize;
         layer.squared_error(leaf, bulge, self.shown[material])
-    }
-
-    /// Whether the group could light an element unevenly.
-    fn is_suspect(&self, mesh: &impl Refinable, layer: &Layer, leaf: &Leaf) -> bool {
-        let light = leaf.samples.map(|s| layer.irradiance[s.index()]);
-        let spread =
-            (0..3).map(|k| self.in_wanted_errors(leaf, light[k] - light[(k + 1) % 3])).fold(0.0, f64::max);
-        let share = |wanted: f64| (wanted * self.wanted_error).powi(2) * leaf.area / self.allowed;
-        if spread >= EVEN && share(spread) >= WORTH_TESTING {
-            return true;
-        }
-        // The light that comes to the brightest corner when nothing blocks it may miss all corners.
-        let most = match self.hidden {
-            Hidden::Nowhere => return false,
-            Hidden::Crevices { mean_radiosity, .. } => {
-                let brightest = self.in_wanted_errors(leaf, light.into_iter().fold(DVec3::ZERO, DVec3::max));
-                return share(brightest.max(mean_radiosity / self.wanted_error)) >= WORTH_SEARCHING
-                    || self.squared_error_within(mesh, layer, leaf) >= WORTH_TESTING * self.allowed;
-            }
-            Hidden::Shadows => {
-                let Some(sources) = self.gather.sources.sources() else { return false };
-                let receivers = leaf.samples.map(|s| mesh.samples()[s.index()].receiver(Side::Front));
-                // Of many lamps, most are too far away.
-                let middle = receivers.iter().map(|receiver| receiver.position).sum::<DVec3>() / 3.0;
-                let reach = receivers.iter().map(|r| r.position.distance(middle)).fold(0.0, f64::max);
-                let from_sky = sources.sky.as_ref().map_or(DVec3::ZERO, |sky| sky.brightest(&receivers));
-                let most = sources.most_to(middle, reach) + from_sky;
-                if share(self.in_wanted_errors(leaf, most)) < WORTH_SEARCHING {
-                    return false;
-                }
-                let brightest = |polygon| {
-                    receivers.iter().map(|r| unoccluded_form_factor(r, polygon)).fold(0.0, f64::max)
-                };
-                let most: DVec3 = sources.roots().map(|(polygon, sent)| brightest(polygon) * sent).sum();
-                most + sources.brightest_beyond(&receivers)
-            }
-        };
-        share(self.in_wanted_errors(leaf, most)) >= WORTH_SEARCHING
     }
 
     /// Computes the light in the middle of every edge of suspect leaves, each edge once.
@@ -401,13 +349,7 @@ impl Refinement<'_> {
     }
 
     /// What irradiance shows on a leaf, W/m².
-    fn shown(&self, leaf: &Leaf, irradiance: DVec3) -> DVec3 {
+    pub(super) fn shown(&self, leaf: &Leaf, irradiance: DVec3) -> DVec3 {
         self.shown[self.world.faces[leaf.face.index()].material as usize] * irradiance
-    }
-
-    /// The rms over the channels of what irradiance shows on a leaf, in wanted errors. Where nothing is lit there is
-    /// nothing to refine for.
-    fn in_wanted_errors(&self, leaf: &Leaf, irradiance: DVec3) -> f64 {
-        if self.wanted_error > 0.0 { rms(self.shown(leaf, irradiance)) / self.wanted_error } else { 0.0 }
     }
 }

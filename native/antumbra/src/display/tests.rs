@@ -11,6 +11,7 @@ use crate::mesh::tessellate;
 use crate::monitor::Monitor;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
 use crate::transport::form_factors::{FormFactors, Shortcuts};
+use crate::transport::gather::Lit;
 use crate::transport::sources::{Emitters, blockers};
 use crate::visibility::{ConvexPolygon, Receiver, unoccluded_form_factor};
 

@@ -15,7 +15,7 @@ use crate::scene::world::World;
 use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::hemisphere::Directions;
 use crate::transport::patch_tree::PatchTree;
-use crate::transport::rows::rays_from;
+use crate::transport::rows::{Rows, rays_from};
 use crate::transport::sources::{SourceId, Sources};
 
 /// Strata along each side of a patch's hemisphere, 529 rays, about as many as a space is asked for by links: light that
@@ -24,7 +24,7 @@ const STRATA: usize = 23;
 
 /// Share of the emitters' light that may be caught where nothing absorbs it: in gaps between white things that no ray found
 /// the way out of. More is no gap.
-pub(super) const CAUGHT_IN_GAPS: f64 = 0.01;
+const CAUGHT_IN_GAPS: f64 = 0.01;
 
 /// Per side of a patch and per colour channel: whether all light that it gets stays among such as it for ever.
 #[derive(Default)]
@@ -41,42 +41,47 @@ impl Endless {
         patches: &Sources,
         monitor: &Monitor,
     ) -> Result<Self, Error> {
-        let absorbs_nothing = |side: usize| {
-            let patch = &patches.patches[side / 2];
-            let absorbed = DVec3::ONE - world.transmittance(face(mesh, patches, side)) - patch.reflectance;
-            absorbed.to_array().map(|absorbed| absorbed <= ABSORBS_NOTHING)
-        };
-        let mut endless: Vec<[bool; 3]> = (0..patches.len()).map(absorbs_nothing).collect();
-        if endless.iter().all(|channels| *channels == [false; 3]) {
-            return Ok(Self(endless));
+        let white = absorb_nothing(world, mesh, patches);
+        if white.iter().all(|channels| *channels == [false; 3]) {
+            return Ok(Self(white));
         }
         let tree = PatchTree::new(world, mesh, patches);
         let directions = Directions::square(STRATA);
         let met: Vec<Option<Vec<u32>>> = (0..patches.len())
             .into_par_iter()
             .map(|side| {
-                let asked = !monitor.is_cancelled() && endless[side] != [false; 3];
-                asked.then(|| around(side, patches, &tree, &directions, &endless)).flatten()
+                let asked = !monitor.is_cancelled() && white[side] != [false; 3];
+                asked.then(|| around(side, patches, &tree, &directions, &white)).flatten()
             })
             .collect();
         monitor.check()?;
+        Ok(Self::among(white, |side| met[side].as_deref()))
+    }
+
+    /// Of rows that are known.
+    pub(super) fn of_rows(world: &World, mesh: &Mesh, patches: &Sources, rows: &Rows) -> Self {
+        Self::among(absorb_nothing(world, mesh, patches), |side| rows.enclosed(side))
+    }
+
+    /// `white`: per side and channel, whether it absorbs nothing. `met`: the sides that the rays of one meet; none where one of
+    /// them leaves or where nobody looked.
+    fn among<'a>(white: Vec<[bool; 3]>, met: impl Fn(usize) -> Option<&'a [u32]> + Sync) -> Self {
+        let mut endless = white;
+        let mut open: Vec<usize> = (0..endless.len()).filter(|&side| endless[side] != [false; 3]).collect();
         // What leaks, and what leaks by that
-        let mut open: Vec<usize> = (0..patches.len()).collect();
-        while !open.is_empty() {
-            let keeps = |side: usize| {
-                let met = met[side].as_deref()?;
-                let all = met.iter().map(|&other| endless[other as usize]);
-                Some(all.fold(endless[side], |kept, other| [0, 1, 2].map(|k| kept[k] && other[k])))
+        loop {
+            let keeps = |&side: &usize| {
+                let others = met(side)?.iter().map(|&other| endless[other as usize]);
+                Some(others.fold(endless[side], |kept, other| [0, 1, 2].map(|k| kept[k] && other[k])))
             };
-            let kept: Vec<[bool; 3]> = open.iter().map(|&side| keeps(side).unwrap_or([false; 3])).collect();
+            let kept: Vec<[bool; 3]> = open.par_iter().map(|side| keeps(side).unwrap_or_default()).collect();
             let changed = open.iter().zip(&kept).any(|(&side, kept)| endless[side] != *kept);
             open.iter().zip(kept).for_each(|(&side, kept)| endless[side] = kept);
             if !changed {
-                break;
+                return Self(endless);
             }
             open.retain(|&side| endless[side] != [false; 3]);
         }
-        Ok(Self(endless))
     }
 
     /// What a side reflects of light that it gets for good: nothing where that would go on for ever.
@@ -109,6 +114,16 @@ impl Endless {
         let object = |side: usize| world.faces[face(mesh, patches, side).index()].object;
         Err(Error::endless_light(lit.map(|side| world.objects[object(side).index()].name.clone())))
     }
+}
+
+/// Per side and channel, whether all light that it gets is reflected or let through.
+fn absorb_nothing(world: &World, mesh: &Mesh, patches: &Sources) -> Vec<[bool; 3]> {
+    let absorbs_nothing = |side: usize| {
+        let patch = &patches.patches[side / 2];
+        let absorbed = DVec3::ONE - world.transmittance(face(mesh, patches, side)) - patch.reflectance;
+        absorbed.to_array().map(|absorbed| absorbed <= ABSORBS_NOTHING)
+    };
+    (0..patches.len()).map(absorbs_nothing).collect()
 }
 
 fn face(mesh: &Mesh, patches: &Sources, side: usize) -> FaceId {

@@ -24,7 +24,7 @@ use crate::scene::world::World;
 use crate::settings::{Effort, Quantity, Settings};
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::crevices::cut_at_crevices;
-use crate::transport::endless::CAUGHT_IN_GAPS;
+use crate::transport::endless::Endless;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::hemisphere::Surroundings;
@@ -71,8 +71,8 @@ pub(crate) struct Looking<'a> {
     /// Per patch: share of what arrives that it stops, over the channels.
     stops: Vec<f64>,
     rows: Rows,
-    /// Per side: whether all light that it gets stays among such as it for ever.
-    endless: Vec<bool>,
+    /// What would go on for ever, and is left out.
+    endless: Endless,
     /// Per side: what emitters bring, W/m².
     direct: Vec<DVec3>,
     /// Per side: what it reflects, W/m²; of filters that share of all rays that they stop.
@@ -136,8 +136,8 @@ impl<'a> Looking<'a> {
             monitor,
             form_factors,
             emitters,
+            endless: Endless::of_rows(world, &mesh, &patches, &rows),
             mesh,
-            endless: rows.endless(&patches),
             rows,
             direct: Vec::new(),
             radiosity: vec![DVec3::ZERO; patches.len()],
@@ -152,7 +152,7 @@ impl<'a> Looking<'a> {
         this.mean_shown =
             this.mean_of(&vec![emitters.power.abs() / world.surface_area(); this.patches.len()]);
         this.gather_direct(ends)?;
-        this.refuse_endless_light()?;
+        this.endless.refuse(world, &this.mesh, &this.patches, |side| this.direct[side])?;
         this.solve_system();
         Ok(this)
     }
@@ -244,22 +244,6 @@ impl<'a> Looking<'a> {
         Ok(uneven)
     }
 
-    /// Refuses closed spaces that absorb nothing of the light emitted into them.
-    fn refuse_endless_light(&self) -> Result<(), Error> {
-        let patches = &self.patches.patches;
-        let power =
-            |side: usize| self.patches.area(SourceId::new(side)) * self.direct[side].abs().element_sum();
-        let caught: f64 = (0..self.patches.len()).filter(|&side| self.endless[side]).map(power).sum();
-        if caught <= CAUGHT_IN_GAPS * (0..self.patches.len()).map(power).sum::<f64>() {
-            return Ok(());
-        }
-        let lit = (0..self.patches.len()).filter(|&side| self.endless[side] && power(side) > 0.0);
-        let object = |side: usize| {
-            self.world.faces[self.mesh.element(patches[side / 2].elements[0]).face.index()].object
-        };
-        Err(Error::endless_light(lit.map(|side| self.world.objects[object(side).index()].name.clone())))
-    }
-
     /// Solves for what all sides reflect.
     fn solve_system(&mut self) {
         let patches = &self.patches.patches;
@@ -270,8 +254,8 @@ impl<'a> Looking<'a> {
             sides.clone().map(|side| stops(side) * self.patches.area(SourceId::new(side))).collect();
         let reflectance: Vec<DVec3> = (sides.clone())
             .map(|side| {
-                let sends = stops(side) > 0.0 && !self.endless[side];
-                if sends { patches[side / 2].reflectance / stops(side) } else { DVec3::ZERO }
+                let reflectance = self.endless.without(side, patches[side / 2].reflectance);
+                if stops(side) > 0.0 { reflectance / stops(side) } else { DVec3::ZERO }
             })
             .collect();
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {

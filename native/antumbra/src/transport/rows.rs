@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::lamps::Sky;
 use crate::monitor::{Monitor, Progress};
-use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::hemisphere::{Directions, POWER};
 use crate::transport::patch_tree::{PatchHit, PatchTree};
 use crate::transport::sources::{SourceId, Sources};
@@ -116,31 +115,14 @@ impl Rows {
         Ok(rows)
     }
 
-    /// Per side: whether it and all that light from it gets to reflect all of it, and none escapes.
-    pub(super) fn endless(&self, patches: &Sources) -> Vec<bool> {
-        let mut endless: Vec<bool> = (0..patches.len())
-            .map(|side| {
-                let reflectance = patches.patches[side / 2].reflectance;
-                !self.of(side).is_empty() && reflectance.max_element() >= 1.0 - ABSORBS_NOTHING
-            })
-            .collect();
-        loop {
-            let leaks = |side: &usize| {
-                endless[*side] && self.of(*side).iter().any(|&met| met == NOTHING || !endless[met as usize])
-            };
-            let leaking: Vec<usize> = (0..patches.len()).into_par_iter().filter(leaks).collect();
-            if leaking.is_empty() {
-                return endless;
-            }
-            for side in leaking {
-                endless[side] = false;
-            }
-        }
-    }
-
     pub(super) fn of(&self, side: usize) -> &[u32] {
         let (start, end) = self.ranges[side];
         &self.seen[start as usize..end as usize]
+    }
+
+    /// The sides that the rays of one met; none where one of them left, or where it did not look.
+    pub(super) fn enclosed(&self, side: usize) -> Option<&[u32]> {
+        Some(self.of(side)).filter(|met| !met.is_empty() && !met.contains(&NOTHING))
     }
 
     /// The sides that rays of one met, one for each that met something.
