@@ -29,7 +29,7 @@ def draw_progress(row: Any, width_units: float = 0.0) -> None:
     waiting = running.waiting_for()
     text = _progress_text(progress)
     if waiting:
-        text = translated(waiting if width_units else "Waiting")
+        text = translated(waiting) if width_units else translated("Waiting")
     bar = row.row()
     # What a finished bake waits for takes a whole sentence.
     bar.ui_units_x = width_units + 3 if width_units and waiting else width_units
