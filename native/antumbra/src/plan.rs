@@ -157,6 +157,15 @@ impl Plan {
                 ),
             ));
         }
+        let [asked, hidden] = form_factors.blockers.screened();
+        if hidden > 0 {
+            all.push(LeftOut::exact(
+                "screens",
+                "the light and the shadows of sources on groups of points and on faces",
+                "a single polygon hides all of the one from all of the other",
+                format!("{hidden} of {asked} ({:.0} %)", 100.0 * hidden as f64 / asked as f64),
+            ));
+        }
         all.extend(self.second_bounce.map(|bound| LeftOut {
             name: "second_bounce",
             what: "the exchange of light between surfaces",
