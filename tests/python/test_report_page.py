@@ -98,6 +98,18 @@ def test_marks_lie_as_their_places_do_and_tell_signs_and_sizes():
     assert large["fill"] != middle["fill"]
 
 
+def test_marks_have_a_frame_that_tells_where_they_are():
+    root = ElementTree.fromstring(scatter([Mark(-2.7801, -4e-16, 0.1), Mark(2.7801, 1.5, -0.4)], "x, m", "y, m"))
+    assert [text.text for text in root.iter("text")] == ["-2.78", "x, m", "2.78", "0", "y, m", "1.5"]
+    frame = {name: float(root.find("rect").get(name)) for name in ("x", "y", "width", "height")}
+    for circle in root.iter("circle"):
+        x, y, r = (float(circle.get(name)) for name in ("cx", "cy", "r"))
+        assert frame["x"] <= x - r + 0.1
+        assert x + r - 0.1 <= frame["x"] + frame["width"]
+        assert frame["y"] <= y - r + 0.1
+        assert y + r - 0.1 <= frame["y"] + frame["height"]
+
+
 def test_nothing_is_said_where_there_is_nothing_to_plot():
     assert "Nothing" in plot([Line("dark", [0.0, 1.0], [0.0, 0.0])], SECONDS, SHARE)
     assert "Nothing" in plot([], SECONDS, SHARE)

@@ -85,7 +85,7 @@ def plot_scene(results: Sequence[Measured], title: str, path: Path) -> None:
     if shown:
         axes[0].set_ylim(min(shown) / 1.2, max(shown) * 1.2)
     axes[0].set_ylabel("rms error, % of the mean light")
-    axes[0].legend(frameon=False)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", frameon=False)
     figure.suptitle(title)
     figure.savefig(path, dpi=130)
     pyplot.close(figure)

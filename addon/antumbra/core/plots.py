@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from html import escape
 
 WIDTH, HEIGHT = 560, 300
-_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 16, 16, 44
+_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 16, 28, 44
 
 # Told apart by people who see few colours (Okabe, Ito 2008).
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
@@ -93,7 +93,7 @@ def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
         )
     middle = _LEFT + (WIDTH - _LEFT - _RIGHT) / 2
     parts.append(f'<text x="{middle:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{escape(x_axis.title)}</text>')
-    for number, (line, colour) in enumerate(zip(lines, COLOURS, strict=False)):
+    for line, colour in zip(lines, COLOURS, strict=False):
         if line.band:
             ends = [[place(x, ends[k]) for x, ends in zip(line.xs, line.band, strict=True)] for k in (0, 1)]
             around = _points([*ends[0], *reversed(ends[1])])
@@ -101,10 +101,12 @@ def plot(lines: Sequence[Line], x_axis: Axis, y_axis: Axis) -> str:
         course = [place(x, y) for x, y in zip(line.xs, line.ys, strict=True)]
         parts.append(f'<polyline points="{_points(course)}" fill="none" stroke="{colour}" stroke-width="2"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{colour}"/>' for x, y in course]
-        parts.append(
-            f'<text x="{WIDTH - _RIGHT - 6}" y="{_TOP + 14 + 16 * number}" text-anchor="end" '
-            f'style="fill:{colour}">{escape(line.name)}</text>'
-        )
+    # Above the plot, where no line runs
+    names = "".join(
+        f'<tspan dx="{16 if number else 0}" style="fill:{colour}">{escape(line.name)}</tspan>'
+        for number, (line, colour) in enumerate(zip(lines, COLOURS, strict=False))
+    )
+    parts.append(f'<text x="{WIDTH - _RIGHT}" y="{_TOP - 10}" text-anchor="end">{names}</text>')
     return "\n".join([*parts, "</svg>"])
 
 
@@ -127,7 +129,8 @@ def scatter(marks: Sequence[Mark], x_title: str, y_title: str) -> str:
     low_x, high_x = min(mark.x for mark in marks), max(mark.x for mark in marks)
     low_y, high_y = min(mark.y for mark in marks), max(mark.y for mark in marks)
     inner_width, inner_height = WIDTH - _LEFT - _RIGHT, HEIGHT - _TOP - _BOTTOM
-    scale = min(inner_width / max(high_x - low_x, 1e-9), inner_height / max(high_y - low_y, 1e-9))
+    room_x, room_y = inner_width - 2.0 * _LARGEST, inner_height - 2.0 * _LARGEST
+    scale = min(room_x / max(high_x - low_x, 1e-9), room_y / max(high_y - low_y, 1e-9))
     parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(y_title)}">']
     # Large ones last, over the others
     for mark in sorted(marks, key=lambda mark: abs(mark.value)):
@@ -136,11 +139,30 @@ def scatter(marks: Sequence[Mark], x_title: str, y_title: str) -> str:
         radius = max(_SMALLEST, _LARGEST * math.sqrt(abs(mark.value) / most)) if most > 0.0 else _SMALLEST
         colour = COLOURS[1] if mark.value > 0.0 else COLOURS[0]
         parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" fill="{colour}" opacity="0.7"/>')
-    parts.append(
-        f'<text x="{_LEFT + inner_width / 2:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{escape(x_title)}</text>'
-    )
-    parts.append(f'<text x="{_LEFT - 6}" y="{_TOP + inner_height / 2:.0f}" text-anchor="end">{escape(y_title)}</text>')
+    # What holds all marks, with its ends in the unit of the titles
+    width, height = scale * (high_x - low_x) + 2.0 * _LARGEST, scale * (high_y - low_y) + 2.0 * _LARGEST
+    left, top = _LEFT + (inner_width - width) / 2, _TOP + (inner_height - height) / 2
+    parts.append(f'<rect class="grid" x="{left:.1f}" y="{top:.1f}" width="{width:.1f}" height="{height:.1f}"/>')
+    extent = max(high_x - low_x, high_y - low_y)
+    for x, anchor, text in (
+        (left, "start", _rounded(low_x, extent)),
+        (left + width / 2, "middle", x_title),
+        (left + width, "end", _rounded(high_x, extent)),
+    ):
+        parts.append(f'<text x="{x:.1f}" y="{top + height + 16:.1f}" text-anchor="{anchor}">{escape(text)}</text>')
+    for y, text in (
+        (top + height, _rounded(low_y, extent)),
+        (top + height / 2 + 4, y_title),
+        (top + 10, _rounded(high_y, extent)),
+    ):
+        parts.append(f'<text x="{left - 6:.1f}" y="{y:.1f}" text-anchor="end">{escape(text)}</text>')
     return "\n".join([*parts, "</svg>"])
+
+
+def _rounded(value: float, extent: float) -> str:
+    """A place to about a hundredth of what it is a place in."""
+    places = 2 - math.floor(math.log10(extent)) if extent > 0.0 else 2
+    return f"{round(value, places) + 0.0:g}"
 
 
 def _points(places: Sequence[tuple[float, float]]) -> str:

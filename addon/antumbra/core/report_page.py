@@ -17,8 +17,9 @@ _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
 h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; }
 table { border-collapse: collapse; } td, th { padding: .2em 1em .2em 0; text-align: left; vertical-align: top; }
-figure { display: inline-block; margin: 0 1em 1em 0; width: 28em; max-width: 100%; } svg { width: 100%; }
-svg text { font-size: 12px; fill: #444; } .grid { stroke: #ddd; } figcaption { font-size: .9em; color: #555; }
+figure { display: inline-block; vertical-align: top; margin: 0 1em 1em 0; width: 28em; max-width: 100%; }
+svg { width: 100%; } svg text { font-size: 12px; fill: #444; } .grid { stroke: #ddd; fill: none; }
+figcaption { font-size: .9em; color: #555; } .short { white-space: nowrap; }
 """
 
 _ENDINGS = {
@@ -68,7 +69,7 @@ def page(report: dict[str, Any]) -> str:
 
 def _outcome(report: dict[str, Any]) -> Iterable[tuple[str, str]]:
     scene, result, timings = report["scene"], report["result"], report["timings"]
-    yield "scene", f"{scene['objects']:,} objects, {scene['triangles']:,} triangles, {scene['lights']:,} lights"
+    yield "scene", f"{scene['objects']:,} objects, {scene['triangles']:,} triangles, lights: {scene['lights']:,}"
     yield "mesh", f"{result['triangles']:,} triangles, {result['vertices']:,} vertices"
     yield "error", error_text(report) or "not verified"
     yield "ended because", _ENDINGS.get(result["ended_by"], result["ended_by"])
@@ -99,7 +100,8 @@ def _left_out(result: dict[str, Any]) -> str:
     if not skips:
         return "<p>Nothing: the scene needed everything.</p>"
     rows = "".join(
-        f"<tr><td>{escape(skip['what'])}</td><td>{escape(skip['reason'])}</td><td>{escape(_kind(skip))}</td>"
+        f"<tr><td>{escape(skip['what'])}</td><td>{escape(skip['reason'])}</td>"
+        f'<td class="short">{escape(_kind(skip))}</td>'
         f"<td>{escape(skip['saved'])}</td></tr>"
         for skip in skips
     )

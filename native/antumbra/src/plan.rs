@@ -112,11 +112,7 @@ impl Plan {
                 "open_visibility",
                 "looking for what is visible of a source",
                 "nothing stands between it and a surface",
-                format!(
-                    "{} of {found} form factors ({:.0} %)",
-                    visibility.open,
-                    100.0 * visibility.open as f64 / found as f64
-                ),
+                share(visibility.open, found, "form factors"),
             ));
         }
         if self.outer_faces.contains(&true) {
@@ -134,7 +130,7 @@ impl Plan {
                 "occlusion",
                 "looking for what could stand before a source",
                 everything_outside,
-                format!("all shafts of {found} form factors"),
+                format!("all shafts of {} form factors", with_commas(found)),
             ));
         }
         if !self.looks_for_shadows() {
@@ -151,10 +147,16 @@ impl Plan {
                 "facing_away",
                 "the light from sources to points",
                 "they face away from each other",
-                format!(
-                    "{away} of {pairs} sources of groups of points ({:.0} %)",
-                    100.0 * away as f64 / pairs as f64
-                ),
+                share(away, pairs, "sources of groups of points"),
+            ));
+        }
+        let [asked, hidden] = form_factors.blockers.screened();
+        if hidden > 0 {
+            all.push(LeftOut::exact(
+                "screens",
+                "the light and the shadows of sources",
+                "a single polygon hides all of them from a group of points, or from a face",
+                share(hidden, asked, "sources of groups of points and faces"),
             ));
         }
         all.extend(self.second_bounce.map(|bound| LeftOut {
@@ -167,6 +169,19 @@ impl Plan {
         }));
         all
     }
+}
+
+/// How much of something was left out.
+fn share(part: u64, whole: u64, of: &str) -> String {
+    let percent = 100.0 * part as f64 / whole as f64;
+    format!("{} of {} {of} ({percent:.0} %)", with_commas(part), with_commas(whole))
+}
+
+/// A number as people read it.
+fn with_commas(number: u64) -> String {
+    let digits = number.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(",")
 }
 
 /// Why no light goes from surface to surface.
@@ -240,3 +255,14 @@ const GRAZING: f64 = 1e-6;
 
 /// What holds something round, in radii: its polygon's corners are a little farther out.
 const AROUND: f64 = 1.01;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_a_comma_for_every_thousand() {
+        let all = [0, 999, 1_000, 28_757, 2_928_757].map(with_commas);
+        assert_eq!(all, ["0", "999", "1,000", "28,757", "2,928,757"]);
+    }
+}

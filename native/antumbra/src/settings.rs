@@ -60,6 +60,8 @@ pub struct Anyway {
     pub shadow_lines: bool,
     /// Groups of points are put to sources that they face away from.
     pub facing_away: bool,
+    /// Sources are looked for even where a single polygon hides all of them.
+    pub screens: bool,
     /// Surfaces exchange light however little that is.
     pub second_bounce: bool,
 }
@@ -73,6 +75,7 @@ impl Anyway {
         occlusion: true,
         shadow_lines: true,
         facing_away: true,
+        screens: true,
         second_bounce: true,
     };
 }

@@ -87,6 +87,9 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     if settings.anyway.open_visibility {
         blockers.take_everything();
     }
+    if settings.anyway.screens {
+        blockers.look_behind_screens();
+    }
     let form_factors = FormFactors::new(&blockers, plan.shortcuts());
     monitor.check()?;
     let mut solver = Solver {

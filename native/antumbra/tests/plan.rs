@@ -4,10 +4,10 @@ mod common;
 
 use antumbra::report::LeftOut;
 use antumbra::scene::{LampInput, LampShape};
-use antumbra::settings::{Anyway, Method, Settings, Transport};
+use antumbra::settings::{Anyway, Effort, Method, Settings, Transport};
 use antumbra::weld::{Bake, BakedMesh};
 use common::Random;
-use common::planned::{all_scenes, floor_alone, in_a_room};
+use common::planned::{all_scenes, floor_alone, floor_and_box, in_a_room};
 use common::scene::{Scene, adaptive, arriving};
 use common::shape::Shape;
 use glam::DVec3;
@@ -111,6 +111,28 @@ fn what_stands_elsewhere_hides_nothing() {
     }
 }
 
+/// With everything for a candidate, every patch sends rays to find out that nothing covers half of it.
+#[test]
+fn what_stands_elsewhere_covers_no_patches() {
+    let mut shelf = in_a_room();
+    let grey = shelf.material(0.3, 0.0);
+    let plate = Shape::cuboid(DVec3::new(-1.0, 1.93, 1.0), DVec3::new(0.3, 0.05, 0.2));
+    shelf.object("picture", plate, grey);
+    let effort = Effort { patches: 2_000.0, rays: 1e5, ..Effort::default() };
+    let settings =
+        Settings { verify_points: 0, tolerance: 0.1, transport: Transport::Rays, effort, ..adaptive() };
+    for (name, scene) in [("picture", shelf), ("floor and box", floor_and_box(0.5, 0.3))] {
+        let anyway = Anyway { open_visibility: true, ..Anyway::default() };
+        let bakes = [scene.bake(&settings), scene.bake(&Settings { anyway, ..settings.clone() })];
+        // The same patches, and what they meet.
+        let cut = bakes.each_ref().map(|bake| {
+            let transport = &bake.report.result.transport;
+            [transport.elements, transport.links]
+        });
+        assert_eq!(cut[0], cut[1], "{name}");
+    }
+}
+
 /// Walls, floors and what else has everything on one side.
 #[test]
 fn outer_faces_hide_nothing() {
@@ -165,7 +187,18 @@ fn what_stands_before_a_sun_is_no_outer_face() {
 /// What a switch is called, how it is forced off, and the scenes in which it leaves something out.
 type Switch = (&'static str, fn(&mut Anyway), &'static [&'static str]);
 
-const EXACT: [Switch; 3] = [
+/// Where a box hides a little from little, as the elements happen to lie.
+const MAY_SCREEN: [&str; 7] = [
+    "boxes in the sun",
+    "black boxes in a round sun",
+    "dark floor and box",
+    "black floor and box",
+    "floor and box",
+    "box in a room",
+    "balls",
+];
+
+const EXACT: [Switch; 4] = [
     (
         "occlusion",
         |anyway| anyway.occlusion = true,
@@ -179,8 +212,17 @@ const EXACT: [Switch; 3] = [
     (
         "facing_away",
         |anyway| anyway.facing_away = true,
-        &["floor and box", "box in a room", "empty room", "balls", "rotunda", "boxes in the sun"],
+        &[
+            "rooms in a row",
+            "floor and box",
+            "box in a room",
+            "empty room",
+            "balls",
+            "rotunda",
+            "boxes in the sun",
+        ],
     ),
+    ("screens", |anyway| anyway.screens = true, &["rooms in a row"]),
 ];
 
 #[test]
@@ -195,9 +237,15 @@ fn exact_switches_change_nothing_wherever_they_leave_something_out() {
                 let with = scene.bake(&Settings { anyway, ..settings.clone() });
                 let what = format!("{name}, {scene_name}, {method:?}");
                 println!("{what}: {:.0} % of the time", percent_of_time(&without, &with));
-                assert_eq!(leaves_out(&without, name), scenes.contains(&scene_name), "{what}");
+                if name != "screens" || !MAY_SCREEN.contains(&scene_name) {
+                    assert_eq!(leaves_out(&without, name), scenes.contains(&scene_name), "{what}");
+                }
                 assert!(!leaves_out(&with, name), "{what}");
-                assert_same(&without, &with, &what);
+                // Where a crowd hides a source, rays tell of it only nearly what a single polygon tells for sure.
+                let sampled = [&without, &with].map(|bake| bake.report.result.visibility.sampled);
+                if name != "screens" || sampled[0] == sampled[1] {
+                    assert_same(&without, &with, &what);
+                }
             }
         }
     }

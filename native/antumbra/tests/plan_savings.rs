@@ -5,7 +5,9 @@ mod common;
 
 use antumbra::settings::{Anyway, Settings};
 use antumbra::weld::Bake;
-use common::planned::{all_scenes, boxes_in_the_sun, empty_room, floor_and_box, in_a_round_sun, rotunda};
+use common::planned::{
+    all_scenes, boxes_in_the_sun, empty_room, floor_and_box, in_a_round_sun, rooms_in_a_row, rotunda,
+};
 use common::scene::{Scene, adaptive, arriving};
 use cpu_time::ProcessTime;
 use peak_alloc::PeakAlloc;
@@ -25,13 +27,14 @@ struct Taken {
 
 type Force = fn(&mut Anyway);
 
-const SWITCHES: [(&str, Force); 7] = [
+const SWITCHES: [(&str, Force); 8] = [
     ("reflection", |anyway| anyway.reflection = true),
     ("open_visibility", |anyway| anyway.open_visibility = true),
     ("outer_faces", |anyway| anyway.outer_faces = true),
     ("occlusion", |anyway| anyway.occlusion = true),
     ("shadow_lines", |anyway| anyway.shadow_lines = true),
     ("facing_away", |anyway| anyway.facing_away = true),
+    ("screens", |anyway| anyway.screens = true),
     ("second_bounce", |anyway| anyway.second_bounce = true),
 ];
 
@@ -80,7 +83,7 @@ fn row(what: &str, [without, with]: [Taken; 2]) {
 
 #[test]
 #[ignore = "a measurement"]
-fn what_the_plan_saves() {
+fn what_each_switch_saves() {
     println!("| switch, scene | processor time | forced off | time saved | memory saved |");
     println!("| --- | --- | --- | --- | --- |");
     for (name, scene) in all_scenes() {
@@ -94,13 +97,19 @@ fn what_the_plan_saves() {
             }
         }
     }
-    println!("\n| scene, all switches | processor time | forced off | time saved | memory saved |");
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn what_all_switches_save() {
+    println!("| scene, all switches | processor time | forced off | time saved | memory saved |");
     println!("| --- | --- | --- | --- | --- |");
     let reflected = one_thread(Settings { tolerance: 0.02, ..adaptive() });
     let direct = arriving(reflected.clone());
     for (what, scene, settings) in [
         ("without shadows: a room of twenty walls", rotunda(), &reflected),
         ("without shadows: an empty room", empty_room(), &reflected),
+        ("a lamp in each of six rooms", rooms_in_a_row(), &reflected),
         ("without second bounce: black floor and box", floor_and_box(0.0, 0.0), &direct),
         ("without second bounce: dark floor and box", floor_and_box(0.001, 0.001), &reflected),
         ("a sun alone: boxes that reflect 0.3", boxes_in_the_sun(0.3), &reflected),

@@ -7,5 +7,5 @@ use crate::tree;
 pub(crate) fn run() -> Outcome {
     let mut cargo = tree::command("cargo");
     cargo.args(["test", "--quiet", "--package", "antumbra", "--test", "plan_savings"]);
-    run_command(cargo.args(["--", "--ignored", "--nocapture"]))
+    run_command(cargo.args(["--", "--ignored", "--nocapture", "--test-threads", "1"]))
 }

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! tests/scenes/*.py ──► target/study/scenes/SCENE.blend
-//! tests/study/reference.py ──► references/SCENE-….npz      light at random points, by Cycles; kept until a script changes
+//! tests/study/reference.py ──► references/SCENE-….npz      light at random points, by Cycles; kept until its script changes
 //! tests/study/bake.py ──► bakes/SCENE/METHOD-TOLERANCE.*   through the installed extension, one process per scene
-//! tests/study/cycles_bake.py ──► bakes/SCENE/CYCLESsamples-SIZE.*   Cycles' own bake, for comparison
+//! tests/study/cycles_bake.py ──► bakes/SCENE/CYCLESsamples-SIZE.*   Cycles' own bake, for comparison; kept where it is not asked for
 //! tests/study/evaluate.py ──► results.csv, results.json, tables.md, SCENE.png
 //! ```
 //!
@@ -133,15 +133,15 @@ impl Scene {
         Ok(blend)
     }
 
+    /// Changes when the scene or the way of computing references may have changed.
+    fn digest(&self) -> Outcome<String> {
+        let scripts = [self.script, "building.py"].map(|script| tree::path("tests/scenes").join(script));
+        files::digest(&[&scripts[..], &[tree::path("tests/study/reference.py")]].concat())
+    }
+
     /// The reference's path below `target/study`, computed unless it is there for the same scripts and numbers.
-    fn reference(
-        &self,
-        host: &Host,
-        blend: &Path,
-        points: u32,
-        samples: u32,
-        digest: &str,
-    ) -> Outcome<String> {
+    fn reference(&self, host: &Host, blend: &Path, points: u32, samples: u32) -> Outcome<String> {
+        let digest = self.digest()?;
         let relative = format!("references/{}-{points}-{samples}-{digest}.npz", self.name);
         let file = tree::target("study").join(&relative);
         if !file.is_file() {
@@ -181,12 +181,11 @@ pub(crate) fn run(options: &Options) -> Outcome {
     // Scenes and references first: bakes are timed, and want no work beside them.
     println!("Making scenes and references");
     let points = if options.quick { QUICK_POINTS } else { POINTS };
-    let digest = scripts_digest()?;
     let (mut blends, mut described) = (Vec::new(), Vec::new());
     for scene in &scenes {
         let samples = if options.quick { scene.samples / QUICK_SHARE } else { scene.samples };
         let blend = scene.make(&host)?;
-        let reference = scene.reference(&host, &blend, points, samples, &digest)?;
+        let reference = scene.reference(&host, &blend, points, samples)?;
         described.push(json!({
             "name": scene.name,
             "reference": reference,
@@ -205,7 +204,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     let texts: Vec<_> = tolerances.iter().map(f64::to_string).collect();
     for (scene, blend) in scenes.iter().zip(&blends) {
         let folder = tree::target("study/bakes").join(&scene.name);
-        files::remove_folder(&folder)?;
+        remove_bakes(&folder, with_cycles)?;
         // What is black has nothing to bake but irradiance, which Cycles' bake does not give by itself.
         if with_cycles && scene.direct.is_none() {
             let mut bake = host.script(&tree::path("tests/study/cycles_bake.py"));
@@ -232,11 +231,18 @@ pub(crate) fn run(options: &Options) -> Outcome {
     Ok(())
 }
 
-/// Changes when a scene or the way of computing references may have changed.
-fn scripts_digest() -> Outcome<String> {
-    let mut scripts = files::below(&tree::path("tests/scenes"))?;
-    scripts.push(tree::path("tests/study/reference.py"));
-    files::digest(&scripts)
+/// Removes the bakes of a scene, those of Cycles only where they are made anew: they do not depend on the solver.
+fn remove_bakes(folder: &Path, with_cycles: bool) -> Outcome {
+    if with_cycles || !folder.exists() {
+        return files::remove_folder(folder);
+    }
+    for file in files::below(folder)? {
+        let of_cycles = file.file_name().is_some_and(|name| name.to_string_lossy().starts_with(CYCLES));
+        if !of_cycles {
+            std::fs::remove_file(&file).map_err(Failure::file(&file))?;
+        }
+    }
+    Ok(())
 }
 
 /// Runs a script of ours that speaks on stderr; stdout has what Blender says to itself.

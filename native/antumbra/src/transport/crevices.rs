@@ -1,7 +1,8 @@
 //! Patches that reach under something: behind a picture, below a cupboard, into a joint.
 //!
 //! A patch sends its mean, so that one which lies half in the open would light the crevice that its other half lies in, from
-//! a hair's breadth away. Rays tell: some of them meet something at once, others do not.
+//! a hair's breadth away. Rays tell: some of them meet something at once, others do not. Most patches have nothing that near,
+//! which a look at what reaches into a box around them tells.
 
 use rayon::prelude::*;
 
@@ -11,6 +12,7 @@ use crate::transport::hemisphere::Directions;
 use crate::visibility::ConvexPolygon;
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
+use crate::visibility::shaft::Shaft;
 
 /// Rays from each side, as a square of so many.
 const RAYS: usize = 8;
@@ -19,6 +21,9 @@ const RAYS: usize = 8;
 /// distance, in edges of a square of its area: of a wide gap and of a narrow one, under a narrow strip maybe. Where two walls
 /// meet it is less, on patches that touch the other wall.
 const GAPS: [(f64, f64); 2] = [(0.125, 0.125), (0.03, 0.03)];
+
+/// What is looked at around a patch, in what its rays reach: more than their rounding.
+const WIDER: f64 = 1.001;
 
 /// Quarters patches until none lies half in a crevice, they are smaller than a square of `smallest` metres, there would be more
 /// than `most` of them, or it has to end. In order.
@@ -72,7 +77,12 @@ fn is_half_covered(
     let seed = splitmix(id.index() as u64);
     let shift = [0, 1].map(|axis| unit(splitmix(seed ^ axis)));
     let reach = size * GAPS.iter().map(|(within, _)| *within).fold(0.0, f64::max);
+    let around = [a.min(b).min(c) - WIDER * reach, a.max(b).max(c) + WIDER * reach];
     [1.0, -1.0].into_iter().any(|side| {
+        let near = Shaft::between_boxes(around, around).capped(a, side * polygon.normal());
+        if blockers.candidates(&near, 0, &mut Vec::new()).is_ok() {
+            return false;
+        }
         let distances: Vec<f64> = (directions.about(side * polygon.normal(), unit(seed)).enumerate())
             .map(|(k, direction)| {
                 let start = point_on(&polygon, spread(shift, k as u32));

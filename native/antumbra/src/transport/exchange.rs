@@ -9,6 +9,9 @@
 //! much and rows that sum to too little are equally many, and capping the former alone would lose light. None sums to
 //! more than 1, so that the system has a solution.
 
+use std::iter::Sum;
+use std::ops::{AddAssign, Div, Mul};
+
 use glam::DVec3;
 
 use crate::transport::enclosure::Enclosure;
@@ -27,6 +30,16 @@ const OPEN: f64 = 1e-3;
 
 /// A factor outside of this range does not correct a quadrature but hides a mistake.
 const FACTORS: [f64; 2] = [0.25, 4.0];
+
+/// What is exchanged: light of one channel, or of all of them at once.
+pub(crate) trait Exchanged:
+    Copy + Default + AddAssign + Sum + Mul<f64, Output = Self> + Div<f64, Output = Self>
+{
+}
+
+impl Exchanged for f64 {}
+
+impl Exchanged for DVec3 {}
 
 /// The exchange of light between the leaves of a hierarchy.
 pub(crate) struct Exchange<'a> {
@@ -82,32 +95,32 @@ impl<'a> Exchange<'a> {
     fn row_sums(&self) -> Vec<f64> {
         let stops = |surface: Option<&Surface>| surface.map_or(1.0, |surface| grey(surface.stops));
         let nodes = self.hierarchy.nodes.iter();
-        let ones: Vec<DVec3> = nodes.map(|node| DVec3::splat(stops(self.hierarchy.surface(node)))).collect();
-        self.apply(&ones).into_iter().map(|sum| sum.x).collect()
+        let ones: Vec<f64> = nodes.map(|node| stops(self.hierarchy.surface(node))).collect();
+        self.apply(&ones)
     }
 
     /// Irradiance of every leaf. Other entries have no meaning, and those of `radiosity` do not matter. W/m².
-    pub(crate) fn apply(&self, radiosity: &[DVec3]) -> Vec<DVec3> {
+    pub(crate) fn apply<T: Exchanged>(&self, radiosity: &[T]) -> Vec<T> {
         let nodes = &self.hierarchy.nodes;
-        let mut sent = vec![DVec3::ZERO; nodes.len()];
+        let mut sent = vec![T::default(); nodes.len()];
         for (index, node) in nodes.iter().enumerate().rev() {
             sent[index] = if node.is_leaf() {
-                self.factors[index] * radiosity[index]
+                radiosity[index] * self.factors[index]
             } else {
-                node.parts.iter().map(|part| sent[part.index()] * nodes[part.index()].area).sum::<DVec3>()
+                node.parts.iter().map(|part| sent[part.index()] * nodes[part.index()].area).sum::<T>()
                     / node.area
             };
         }
-        let mut arrived = vec![DVec3::ZERO; nodes.len()];
+        let mut arrived = vec![T::default(); nodes.len()];
         for Link { ends: [a, b], exchange, .. } in self.links {
             let (a, b) = (a.index(), b.index());
-            arrived[a] += (exchange / nodes[a].area) * sent[b];
-            arrived[b] += (exchange / nodes[b].area) * sent[a];
+            arrived[a] += sent[b] * (exchange / nodes[a].area);
+            arrived[b] += sent[a] * (exchange / nodes[b].area);
         }
         for (index, node) in nodes.iter().enumerate() {
             let here = arrived[index];
             if node.is_leaf() {
-                arrived[index] = self.factors[index] * here;
+                arrived[index] = here * self.factors[index];
             } else {
                 node.parts.iter().for_each(|part| arrived[part.index()] += here);
             }

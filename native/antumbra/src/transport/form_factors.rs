@@ -111,6 +111,8 @@ pub(crate) struct Workspace {
     pub(super) narrowed: Vec<u32>,
     /// Sources that a cluster was put to, and those that it faces away from.
     pairs: [u64; 2],
+    /// Sources that were looked for from a cluster, and those that a single polygon hides from it.
+    pub(super) screened: [u64; 2],
 }
 
 /// What may come between a cluster and a source, for the parts of the source to take over.
@@ -157,6 +159,7 @@ impl<'a> FormFactors<'a> {
         let [pairs, away] = std::mem::take(&mut workspace.pairs);
         self.counters.pairs.fetch_add(pairs, Ordering::Relaxed);
         self.counters.away.fetch_add(away, Ordering::Relaxed);
+        self.blockers.count_screened(std::mem::take(&mut workspace.screened));
     }
 
     /// Whether light can go from a source to any member of a cluster.

@@ -9,6 +9,7 @@ use crate::transport::clusters::{Cluster, Clustered};
 use crate::transport::form_factors::{
     ALWAYS_EXACT, Candidates, FormFactors, Found, Narrowed, Workspace, faces,
 };
+use crate::visibility::screens::{is_screened, screens};
 use crate::visibility::shaft::{BOX_EDGES, Shaft};
 use crate::visibility::{ConvexPolygon, Receiver, grey};
 
@@ -25,10 +26,13 @@ impl FormFactors<'_> {
         if !self.may_light(at, source, workspace) {
             return None;
         }
-        let Workspace { shared, narrowed, .. } = workspace;
+        let Workspace { shared, narrowed, screened, .. } = workspace;
         if self.shortcuts.nothing_hides {
             let none = narrowed.len() as u32;
             return Some(Narrowed::Known { start: none, end: none });
+        }
+        if self.is_screened(at.cluster, source, known, narrowed, screened) {
+            return None;
         }
         if let Narrowed::Known { start, end } = known {
             let Range { start, end } = self.narrow_further(at.cluster, source, start..end, narrowed);
@@ -41,6 +45,30 @@ impl FormFactors<'_> {
         let start = narrowed.len() as u32;
         narrowed.extend_from_slice(shared);
         Some(Narrowed::Known { start, end: narrowed.len() as u32 })
+    }
+
+    /// Whether a single polygon hides all of a source from all of a cluster: one of those that may come between, where
+    /// these are known, or one that stands between their middles.
+    fn is_screened(
+        &self,
+        cluster: &Cluster,
+        source: &ConvexPolygon,
+        known: Narrowed,
+        narrowed: &[u32],
+        counts: &mut [u64; 2],
+    ) -> bool {
+        if !self.blockers.looks_for_screens() {
+            return false;
+        }
+        let (from, to) = (&cluster.corners, source.vertices());
+        let is_screened = match known {
+            Narrowed::Unknown => is_screened(self.blockers, from, to),
+            Narrowed::Known { start, end } => (narrowed[start as usize..end as usize].iter())
+                .any(|&candidate| screens(self.blockers, candidate, from, to)),
+        };
+        counts[0] += 1;
+        counts[1] += u64::from(is_screened);
+        is_screened
     }
 
     /// What of the candidates for a source may come between a cluster and a part of it.
@@ -118,6 +146,14 @@ impl FormFactors<'_> {
     ) {
         // Most clusters lie behind a source or face away from it.
         if !self.may_light(at, source, workspace) {
+            return;
+        }
+        let Workspace { narrowed, screened, .. } = workspace;
+        // Among few candidates the kernel finds it as soon.
+        if matches!(known, Narrowed::Unknown)
+            && !self.shortcuts.nothing_hides
+            && self.is_screened(at.cluster, source, known, narrowed, screened)
+        {
             return;
         }
         let mut shared = std::mem::take(&mut workspace.shared);

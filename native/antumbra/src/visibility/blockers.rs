@@ -12,6 +12,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use smallvec::SmallVec;
 
+use crate::visibility::screens::Screening;
 use crate::visibility::shaft::Shaft;
 use crate::visibility::trace::Panel;
 use crate::visibility::{Blocking, ConvexPolygon};
@@ -32,6 +33,8 @@ pub(crate) struct Blockers {
     hides_nothing: Vec<bool>,
     /// Whether everything counts as standing between all things.
     everywhere: bool,
+    /// What single polygons were found to hide.
+    pub(super) screening: Screening,
 }
 
 /// How the tree is built. Testing a polygon in f64 costs more than a box, so that leaves of fewer polygons than usual pay; and
@@ -79,6 +82,7 @@ impl Blockers {
                 diagonal,
                 hides_nothing: Vec::new(),
                 everywhere: false,
+                screening: Screening::default(),
             };
         }
         let hides_nothing = vec![false; polygons.len()];
@@ -105,6 +109,7 @@ impl Blockers {
             diagonal,
             hides_nothing,
             everywhere: false,
+            screening: Screening::default(),
         }
     }
 
@@ -121,6 +126,26 @@ impl Blockers {
     /// Takes everything for a candidate, wherever it stands.
     pub(crate) fn take_everything(&mut self) {
         self.everywhere = true;
+    }
+
+    /// Looks for sources behind single polygons that hide all of them.
+    pub(crate) fn look_behind_screens(&mut self) {
+        self.screening.is_off = true;
+    }
+
+    /// Whether what single polygons hide is to be left out.
+    pub(crate) fn looks_for_screens(&self) -> bool {
+        !self.screening.is_off && !self.everywhere
+    }
+
+    /// Counts sources that were asked for by groups of receivers, and those that a single polygon hides.
+    pub(crate) fn count_screened(&self, asked_and_hidden: [u64; 2]) {
+        self.screening.count(asked_and_hidden);
+    }
+
+    /// How many sources were asked for by groups of receivers, and how many of these a single polygon hides.
+    pub(crate) fn screened(&self) -> [u64; 2] {
+        self.screening.counts()
     }
 
     /// Size of the scene, metres.

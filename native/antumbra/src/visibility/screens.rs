@@ -4,6 +4,8 @@
 //! other, since all three are convex. So sources are first left out for many receivers at once, then for fewer: in a
 //! building of many rooms each group is left with the sources of a few.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -25,6 +27,28 @@ const FEWEST: usize = 4;
 /// each other.
 const AT_ONCE: [usize; 2] = [64, 8];
 
+/// How much was found to be hidden; sums do not depend on the order.
+#[derive(Debug, Default)]
+pub(super) struct Screening {
+    /// Nobody is to look.
+    pub(super) is_off: bool,
+    asked: AtomicU64,
+    hidden: AtomicU64,
+}
+
+impl Screening {
+    /// Sources times groups of receivers, and how many of these pairs a single polygon parts.
+    pub(super) fn counts(&self) -> [u64; 2] {
+        [&self.asked, &self.hidden].map(|count| count.load(Ordering::Relaxed))
+    }
+
+    /// Adds pairs, and how many of them are parted.
+    pub(super) fn count(&self, [asked, hidden]: [u64; 2]) {
+        self.asked.fetch_add(asked, Ordering::Relaxed);
+        self.hidden.fetch_add(hidden, Ordering::Relaxed);
+    }
+}
+
 /// Per group of receivers: the sources that no single polygon hides from all of it.
 pub(crate) struct Unscreened {
     /// Where in `sources` those of each group begin, and where the last end; nothing when all see all.
@@ -37,7 +61,7 @@ impl Unscreened {
     /// Looks for what hides sources from groups of receivers.
     pub(crate) fn new(blockers: &Blockers, groups: &[Bounds], sources: &[Body]) -> Self {
         let all: Vec<u32> = (0..sources.len() as u32).collect();
-        if sources.len() < FEWEST || blockers.takes_everything() {
+        if sources.len() < FEWEST || !blockers.looks_for_screens() {
             return Self { starts: Vec::new(), sources: Vec::new(), all };
         }
         let parts: Vec<Vec<Vec<u32>>> = (groups.par_chunks(AT_ONCE[0]))
@@ -56,6 +80,8 @@ impl Unscreened {
             found.sources.extend(left);
         }
         found.starts.push(found.sources.len() as u32);
+        let asked = (groups.len() * sources.len()) as u64;
+        blockers.screening.count([asked, asked - found.sources.len() as u64]);
         found
     }
 
@@ -84,13 +110,15 @@ fn left(blockers: &Blockers, (low, high): Bounds, sources: &[Body], some: &[u32]
 }
 
 /// Whether one polygon hides all of a body from all of another. Only those between their middles are asked.
-fn is_screened(blockers: &Blockers, from: &[DVec3], to: &[DVec3]) -> bool {
+pub(crate) fn is_screened(blockers: &Blockers, from: &[DVec3], to: &[DVec3]) -> bool {
     let middle = |corners: &[DVec3]| corners.iter().sum::<DVec3>() / corners.len() as f64;
-    blockers.is_crossed(middle(from), middle(to), |index| {
-        let polygon = &blockers.polygons()[index as usize];
-        blockers.blocking().is_opaque(index)
-            && from.iter().all(|&from| to.iter().all(|&to| hides(polygon, from, to - from)))
-    })
+    blockers.is_crossed(middle(from), middle(to), |index| screens(blockers, index, from, to))
+}
+
+/// Whether a polygon hides all of a convex body from all of another.
+pub(crate) fn screens(blockers: &Blockers, polygon: u32, from: &[DVec3], to: &[DVec3]) -> bool {
+    let hides = |from: DVec3, to: DVec3| hides(&blockers.polygons()[polygon as usize], from, to - from);
+    blockers.blocking().is_opaque(polygon) && from.iter().all(|&from| to.iter().all(|&to| hides(from, to)))
 }
 
 #[cfg(test)]

@@ -67,6 +67,7 @@ pub(crate) fn balls() -> Scene {
 
 pub(crate) fn all_scenes() -> Vec<(&'static str, Scene)> {
     vec![
+        ("rooms in a row", rooms_in_a_row()),
         ("rotunda", rotunda()),
         ("boxes in the sun", boxes_in_the_sun(0.3)),
         ("black boxes in a round sun", in_a_round_sun(boxes_in_the_sun(0.0))),
@@ -79,6 +80,18 @@ pub(crate) fn all_scenes() -> Vec<(&'static str, Scene)> {
         ("empty room", empty_room()),
         ("balls", balls()),
     ]
+}
+
+/// Six closed rooms beside each other, with a lamp in each.
+pub(crate) fn rooms_in_a_row() -> Scene {
+    let mut scene = Scene::default();
+    let white = scene.material(0.7, 0.0);
+    for k in 0..6 {
+        let at = DVec3::new(4.0 * f64::from(k), 0.0, 0.0);
+        scene.object("room", Shape::room(DVec3::new(3.8, 3.0, 2.5)).map(|p| p + at), white);
+        scene.light(&lamp(at + DVec3::new(1.5, 1.2, 2.4), 0.3), 20.0);
+    }
+    scene
 }
 
 /// The same with a sun as wide as the real one.
