@@ -287,6 +287,26 @@ fn the_dark_has_no_relative_error() {
 }
 
 /// Rays are spent by what the solver counted, not by a clock.
+/// Closed rooms in a row, each with a lamp of its own: a path that looks for the lamp of another finds a wall.
+#[test]
+fn many_rooms_are_no_noisier_than_one() {
+    let noise_of_a_path = |rooms: u32| {
+        let mut scene = Scene::default();
+        let grey = scene.material(0.3, 0.0);
+        for room in 0..rooms {
+            let place = 3.0 * f64::from(room) * DVec3::X;
+            scene.object(&format!("room {room}"), Shape::room(DVec3::splat(2.0)).map(|p| p + place), grey);
+            scene.light(&lamp(place + DVec3::new(1.0, 1.0, 1.9), 0.2), 100.0);
+        }
+        let bake = scene.bake(&uniform(2.0));
+        print(&format!("{rooms} rooms"), &bake);
+        let verification = verified(&bake);
+        verification.noise * f64::from(verification.paths as u32).sqrt()
+    };
+    let [one, many] = [1, 100].map(noise_of_a_path);
+    assert!(many < 4.0 * one, "{many} of many, {one} of one; by power alone it would be ten times as much");
+}
+
 #[test]
 fn a_larger_bake_is_worth_more_rays() {
     let mut scene = stage();

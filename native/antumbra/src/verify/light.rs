@@ -146,6 +146,15 @@ impl Light {
         }
     }
 
+    /// Where it is; none for what lies beyond everything.
+    pub(super) fn place(&self) -> Option<DVec3> {
+        match &self.kind {
+            Kind::Polygon { polygon, .. } | Kind::Panel { polygon, .. } => Some(polygon.centroid()),
+            Kind::Round { centre, .. } => Some(*centre),
+            Kind::Sun { .. } | Kind::Sky(_) => None,
+        }
+    }
+
     /// What it could be worth at a place: above 0 wherever it is worth anything.
     pub(super) fn brightness(&self, surface: &Surface) -> f64 {
         if !self.lights(surface.object) {
