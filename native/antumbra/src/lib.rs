@@ -13,13 +13,11 @@
 //! Units: metres, W/m² (radiosity `B`, irradiance `H`, exitance `E`), `B = E + rho·H` per colour channel; a diffuse
 //! surface's outgoing radiance is `B/pi`.
 
-#![expect(unexpected_cfgs, reason = "`fuzzing` is set by cargo-fuzz, which builds this from native/fuzz")]
-
 mod adapt;
 mod course;
 mod display;
 pub mod error;
-#[cfg(fuzzing)]
+#[cfg(feature = "fuzzing")]
 #[doc(hidden)]
 pub mod fuzzing;
 mod index;

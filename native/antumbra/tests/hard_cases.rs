@@ -6,11 +6,12 @@ mod common;
 
 use std::f64::consts::TAU;
 
+use antumbra::scene::{LampInput, LampShape};
 use antumbra::settings::{Effort, Method, Settings, Transport};
 use antumbra::weld::Bake;
 use common::Random;
 use common::baked::{all_light, assert_sound, corners};
-use common::scene::{Scene, by, lamp};
+use common::scene::{Scene, arriving, by, lamp};
 use common::shape::Shape;
 use glam::{DMat3, DVec3};
 
@@ -191,6 +192,25 @@ fn a_scene_of_nothing_but_hairs_is_not_cut_by_their_length() {
     }
 }
 
+/// A needle and nothing else: its sides were halved until they were no longer than squares of their area would be, into 65 thousand
+/// pieces, and into eight million when it was a billionth of a millimetre wide.
+#[test]
+fn a_scene_of_nothing_but_a_needle_is_not_cut_by_its_length() {
+    let mut scene = Scene::default();
+    let grey = scene.material(0.5, 0.0);
+    scene.object("needle", Shape::cuboid(DVec3::ZERO, DVec3::new(5e-9, 5e-9, 0.25)), grey);
+    scene.light(&lamp(DVec3::new(0.5, 0.0, 1.0), 0.2), 20.0);
+    for transport in [Transport::Hierarchical, Transport::Shooting] {
+        let settings =
+            Settings { transport, tolerance: 0.3, verify_points: 0, max_level: 2, ..by(Method::Dm) };
+        let bake = scene.bake(&settings);
+        assert_sound(&scene.input, &bake);
+        let elements = bake.report.result.transport.elements;
+        println!("{transport:?}: {elements} patches");
+        assert!(elements <= 40_000, "{transport:?}: {elements} patches");
+    }
+}
+
 /// The same of triangles: clusters of what is linked are divided by a rule of their own, and took gigabytes.
 #[test]
 fn a_scene_of_nothing_but_slender_triangles_is_not_cut_by_their_length() {
@@ -235,6 +255,39 @@ fn a_scene_of_nothing_but_crevices_is_cut_so_far_only() {
     println!("{elements} sides of patches");
     // Squares, and 64 times as many again
     assert!(elements <= 2 * (4 + 64) * 200, "{elements} patches");
+}
+
+/// White boxes turned inside out, all but one of whose walls overlap: each of two that do reflects what falls on either, and by
+/// shooting the light between them grew until it was infinite.
+#[test]
+fn light_between_white_walls_that_overlap_does_not_grow() {
+    let turned_box = |from: DVec3, to: DVec3| Shape::cuboid(0.5 * (from + to), 0.5 * (to - from));
+    let mut scene = Scene::default();
+    let (white, grey) = (scene.material(1.0, 0.0), scene.material(0.5, 0.0));
+    let corner = DVec3::new(0.5, 0.5, 0.0);
+    scene.object("inner", turned_box(corner, DVec3::new(-1.0, -0.5, -1.0)), white);
+    for triangle in [4, 7, 9, 10] {
+        scene.input.objects[0].triangle_materials[triangle] = grey;
+    }
+    scene.blocker("outer", turned_box(corner, DVec3::NEG_ONE), white);
+    let sun = LampShape::Sun { direction: DVec3::NEG_ONE, angle: 0.0, irradiance_rgb: [1.0; 3] };
+    scene.input.lamps.push(LampInput::new("sun", sun));
+    for transport in [Transport::Shooting, Transport::Hierarchical, Transport::Rays] {
+        let bake = scene.bake(&Settings {
+            transport,
+            tolerance: 1.0,
+            element_size: 1.0,
+            max_level: 1,
+            triangle_budget: 40,
+            verify_points: 0,
+            effort: Effort { patches: 30.0, rays: 1e3, links: 100 },
+            ..arriving(by(Method::Dm))
+        });
+        assert_sound(&scene.input, &bake);
+        let most = all_light(&bake).map(DVec3::max_element).fold(0.0, f64::max);
+        println!("{transport:?}: at most {most}");
+        assert!(most < 1e-6, "{transport:?}: {most} W/m² where no light gets in");
+    }
 }
 
 /// What is baked shows no light at all: no error relative to that is small enough, and all links there can be were once made.

@@ -8,7 +8,7 @@ mod common;
 
 use std::panic::AssertUnwindSafe;
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use antumbra::scene::{LampInput, LampShape, SkyInput};
 use antumbra::settings::{Effort, Method, Settings, Transport};
@@ -22,6 +22,9 @@ use rayon::prelude::*;
 
 /// What is said to hang: some hundred times what the slowest of them takes.
 const WATCHDOG: Duration = Duration::from_mins(2);
+
+/// Those that take longer are named.
+const SLOW: Duration = Duration::from_secs(2);
 
 /// Light that may be shown too much, of what is sent: by linear elements of coarse meshes.
 const ENERGY: f64 = 0.4;
@@ -161,6 +164,7 @@ fn broken(seeds: std::ops::Range<u64>) -> Vec<u64> {
                 println!("seed {seed}");
             }
             let (sender, outcome) = channel();
+            let start = Instant::now();
             let thread = std::thread::spawn(move || {
                 let caught = std::panic::catch_unwind(AssertUnwindSafe(|| check(seed)));
                 // Nobody listens any more to one that hung.
@@ -169,6 +173,9 @@ fn broken(seeds: std::ops::Range<u64>) -> Vec<u64> {
             match outcome.recv_timeout(WATCHDOG) {
                 Ok(sound) => {
                     thread.join().expect("it catches its panics");
+                    if start.elapsed() > SLOW {
+                        println!("seed {seed} took {:.1?}", start.elapsed());
+                    }
                     if !sound {
                         println!("seed {seed} is broken");
                     }

@@ -45,7 +45,10 @@ impl SceneLines<'_> {
     pub(crate) fn find(&self, exchange: &Solution, ends: &(dyn Fn() -> bool + Sync)) -> Result<Lines, Error> {
         let (world, blockers) = (self.world, self.form_factors.blockers);
         let [share_of_emitters, share_of_patches] = self.shares;
-        let worth = (self.settings.method == Method::Adm).then_some(WORTH_A_VERTEX);
+        // Where no emitter is known to be seen there is no light that a line's would be little of: all that comes through a
+        // pinhole lies between lines. Any that removes anything is then worth it.
+        let worth_a_vertex = if exchange.is_dark() { f64::MIN_POSITIVE } else { WORTH_A_VERTEX };
+        let worth = (self.settings.method == Method::Adm).then_some(worth_a_vertex);
         let mut wanted_error = exchange.wanted_error();
         let tolerance = match exchange {
             Solution::Looking(_) => self.settings.tolerance.max(LINES_OF_CROWDS),

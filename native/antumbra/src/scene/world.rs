@@ -113,7 +113,7 @@ impl World {
             world.add_faces(ObjectId::new(id), object, &mut twins);
         }
         world.drop_lights_without_area();
-        world.name_duplicates();
+        world.settle_duplicates(input, &mut twins);
         Ok(world)
     }
 
@@ -271,8 +271,9 @@ impl World {
         panels.chain(lamps).chain(cells).any(|strength| strength < 0.0)
     }
 
-    /// Faces that have all corners in common block once, but each is lit and reflects: a copy left in place by mistake.
-    fn name_duplicates(&mut self) {
+    /// Faces that have all corners in common are one: each is lit, and one of them lights others. Both would reflect what falls
+    /// on either, and from walls that reflect more than half there would be more light after every reflection.
+    fn settle_duplicates(&mut self, input: &SceneInput, twins: &mut Twins) {
         let corners = |face: &Face| {
             // -0 is where 0 is.
             let mut corners = self.corners(face).map(|p| (p + DVec3::ZERO).to_array().map(f64::to_bits));
@@ -286,19 +287,36 @@ impl World {
             hashed.push((hasher.finish(), index));
         }
         hashed.sort_unstable();
-        let (mut count, mut names) = (0, BTreeSet::new());
+        let (mut copies, mut names) = (Vec::new(), BTreeSet::new());
         for pair in hashed.windows(2) {
             let [a, b] = [pair[0], pair[1]].map(|(_, index)| &self.faces[index as usize]);
             if pair[0].0 == pair[1].0 && corners(a) == corners(b) {
-                count += 1;
+                copies.push([pair[0].1, pair[1].1].map(|index| index as usize));
                 names.extend([a, b].map(|face| self.objects[face.object.index()].name.clone()));
             }
         }
-        if count > 0 {
-            self.warnings.push(format!(
-                "{count} faces of {} lie exactly on others: they block once, but each is lit and reflects",
-                some_of(&names)
-            ));
+        if copies.is_empty() {
+            return;
+        }
+        self.warnings.push(format!(
+            "{} faces of {} lie exactly on others: all are lit, and one in each place blocks and reflects",
+            copies.len(),
+            some_of(&names)
+        ));
+        // Those that let light through or send none hide none of the other's
+        let takes_part = |world: &Self, face: usize| {
+            let face = &world.faces[face];
+            let object = &input.objects[face.object.index()];
+            let material = &world.materials[face.material as usize];
+            object.blocks && object.sends && material.transmittance_rgb == [0.0; 3]
+        };
+        for [kept, copy] in copies {
+            if takes_part(self, kept) && takes_part(self, copy) {
+                let Face { object, source_triangle, .. } = self.faces[copy];
+                let material = input.objects[object.index()].triangle_materials[source_triangle as usize];
+                let silent = Part { blocks: true, sends: false };
+                self.faces[copy].material = self.material_taking(silent, material, twins);
+            }
         }
     }
 

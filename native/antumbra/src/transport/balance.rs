@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::mesh::Side;
 use crate::transport::endless::Endless;
-use crate::transport::form_factors::FormFactorPair;
+use crate::transport::last_bounces::LastBounces;
 use crate::transport::sources::{PatchId, SourceId, Sources};
 
 /// The light that was never shot may scale the indirect light by this much at most. It would be blotchy long before:
@@ -70,13 +70,13 @@ impl Balance {
     }
 
     /// Moves a source's unshot light to the patches that see it, by their mean form factors.
-    pub(crate) fn shoot(&mut self, source: SourceId, sources: &Sources, means: &[FormFactorPair]) {
+    pub(crate) fn shoot(&mut self, source: SourceId, sources: &Sources, means: &[[f64; 2]]) {
         let radiosity = std::mem::take(&mut self.unshot[source.index()]);
         self.shot += radiosity * sources.area(source);
         let mut landed = DVec3::ZERO;
         for (index, (means, patch)) in means.iter().zip(&sources.patches).enumerate() {
             for side in Side::BOTH {
-                let mean = f64::from(means[side as usize]);
+                let mean = means[side as usize];
                 if mean != 0.0 {
                     self.patch_irradiance[index][side as usize] += mean * radiosity;
                     landed += mean * patch.polygon.area() * radiosity;
@@ -84,6 +84,32 @@ impl Balance {
                     let reflects = patch.reflectance * mean * radiosity;
                     self.unshot[reflected] += self.endless.without(reflected, reflects);
                 }
+            }
+        }
+        self.landed += landed;
+        self.landed_indirect += landed;
+    }
+
+    /// What each source reflects for good of what it receives.
+    pub(crate) fn reflectances(&self, sources: &Sources) -> Vec<DVec3> {
+        (0..sources.len())
+            .map(|source| self.endless.without(source, sources.patches[source / 2].reflectance))
+            .collect()
+    }
+
+    /// Takes over what all bounces send that sources with columns take part in.
+    pub(super) fn settle(&mut self, last: &LastBounces, is_known: impl Fn(usize) -> bool, sources: &Sources) {
+        let reflectances = self.reflectances(sources);
+        let mut landed = DVec3::ZERO;
+        for (index, (radiosity, arrived)) in last.radiosity.iter().zip(&last.arrived).enumerate() {
+            let area = sources.area(SourceId::new(index));
+            self.shot += area * *radiosity;
+            landed += area * *arrived;
+            self.patch_irradiance[index / 2][index % 2] += *arrived;
+            if is_known(index) {
+                self.unshot[index] = DVec3::ZERO;
+            } else {
+                self.unshot[index] += reflectances[index] * *arrived;
             }
         }
         self.landed += landed;

@@ -15,13 +15,13 @@ use crate::visibility::Receiver;
 pub(super) struct Column {
     /// Of all samples, front and back.
     pub(super) samples: Vec<FormFactorPair>,
-    /// Means over the patches.
-    pub(super) patches: Vec<FormFactorPair>,
+    /// Means over the patches, in full: what is reflected a million times must not gain or lose a millionth each time.
+    pub(super) patches: Vec<[f64; 2]>,
 }
 
 impl Column {
     pub(super) fn bytes(&self) -> usize {
-        size_of::<FormFactorPair>() * (self.samples.len() + self.patches.len())
+        size_of::<FormFactorPair>() * (self.samples.len() + 2 * self.patches.len())
     }
 }
 
@@ -66,7 +66,7 @@ impl Receivers {
     ) -> Result<Column, Error> {
         let polygon = sources.polygon(source);
         let of = Seeded { receivers: &self.sides, seeds: &self.seeds };
-        let found: Vec<Vec<(u32, f32)>> = (self.clusters.par_iter())
+        let found: Vec<Vec<(u32, f64)>> = (self.clusters.par_iter())
             .map_init(Workspace::default, |workspace, cluster| {
                 let mut values = Vec::new();
                 if !monitor.is_cancelled() {
@@ -76,7 +76,7 @@ impl Receivers {
                         weight,
                         Narrowed::Unknown,
                         workspace,
-                        |k, found| values.push((cluster.members[k], found.grey() as f32)),
+                        |k, found| values.push((cluster.members[k], found.grey())),
                     );
                     form_factors.count_pairs(workspace);
                 }
@@ -84,28 +84,31 @@ impl Receivers {
             })
             .collect();
         monitor.check()?;
-        let mut samples = vec![[0.0; 2]; mesh.samples.len()];
+        let mut samples = vec![[0.0_f64; 2]; mesh.samples.len()];
         for (receiver, value) in found.into_iter().flatten() {
             samples[receiver as usize / 2][receiver as usize % 2] = value;
         }
         let patches = self.patch_means(mesh, sources, &samples);
-        Ok(Column { samples, patches })
+        Ok(Column {
+            samples: samples.into_iter().map(|sides| sides.map(|value| value as f32)).collect(),
+            patches,
+        })
     }
 
     /// Mean form factors of the patches, linear over their elements (the paper, §2.1).
-    fn patch_means(&self, mesh: &Mesh, sources: &Sources, samples: &[FormFactorPair]) -> Vec<FormFactorPair> {
+    fn patch_means(&self, mesh: &Mesh, sources: &Sources, samples: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut sums = vec![[0.0_f64; 2]; sources.patches.len()];
         for (element, patch) in mesh.elements.iter().zip(&self.patch_of) {
             let (true, Some(patch)) = (element.is_leaf(), patch) else { continue };
             let third = element.area / 3.0;
             for sample in element.samples {
                 let values = samples[sample.index()];
-                sums[patch.index()][0] += third * f64::from(values[0]);
-                sums[patch.index()][1] += third * f64::from(values[1]);
+                sums[patch.index()][0] += third * values[0];
+                sums[patch.index()][1] += third * values[1];
             }
         }
         (sums.iter().zip(&sources.patches))
-            .map(|(sum, patch)| sum.map(|sum| (sum / patch.polygon.area()) as f32))
+            .map(|(sum, patch)| sum.map(|sum| sum / patch.polygon.area()))
             .collect()
     }
 }

@@ -30,11 +30,23 @@ struct Direction {
     squared: DVec3,
 }
 
-/// Solves for the radiosity of all surfaces.
+/// Solves for the radiosity of all surfaces, by a K that is symmetric or nearly so.
 ///
 /// `exchange`: K. `areas`: weights, m²; entries whose area is 0 are ignored. `arriving`: H, W/m². `enough`: the residual,
 /// relative to the right side, at which it ends.
 pub(crate) fn solve(
+    exchange: impl Fn(&[DVec3]) -> Vec<DVec3>,
+    areas: &[f64],
+    reflectance: &[DVec3],
+    arriving: &[DVec3],
+    enough: f64,
+) -> Solution {
+    solve_keeping(KEPT, exchange, areas, reflectance, arriving, enough)
+}
+
+/// The same by any K: the more directions are kept, the less symmetric it may be.
+pub(crate) fn solve_keeping(
+    most_kept: usize,
     exchange: impl Fn(&[DVec3]) -> Vec<DVec3>,
     areas: &[f64],
     reflectance: &[DVec3],
@@ -65,7 +77,7 @@ pub(crate) fn solve(
     let mut residual = operate(&w);
     residual.par_iter_mut().zip(&right).for_each(|(image, right)| *image = *right - *image);
     let enough = product(&right, &right) * (enough * enough);
-    let mut kept: Vec<Direction> = Vec::with_capacity(KEPT);
+    let mut kept: Vec<Direction> = Vec::with_capacity(most_kept);
     let mut iterations = 0;
     loop {
         // A channel that is done stands still.
@@ -85,7 +97,7 @@ pub(crate) fn solve(
         let length = divided(product(&residual, &image), squared, open);
         add(&mut w, length, &step);
         add(&mut residual, -length, &image);
-        if kept.len() == KEPT {
+        if kept.len() == most_kept {
             kept.remove(0);
         }
         kept.push(Direction { step, image, squared });

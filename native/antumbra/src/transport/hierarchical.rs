@@ -146,6 +146,11 @@ impl<'a> Hierarchical<'a> {
         Ok(())
     }
 
+    /// Whether emitters light none of the places on what is baked that were looked at.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.mean_of_direct == 0.0
+    }
+
     /// Share of all light that has not arrived yet: until it is solved for, what surfaces reflect.
     pub(crate) fn remaining(&self) -> f64 {
         if self.solved || self.mean_shown == 0.0 {

@@ -276,8 +276,9 @@ impl Hierarchy {
         while index < self.nodes.len() {
             let node = &self.nodes[index];
             // Quarters of a sliver are half as long, but four; long quadrilaterals are halved
-            let is_sliver = node.area <= LEAST_AREA * size * size
-                && node.polygon().is_some_and(|polygon| polygon.vertices().len() == 3);
+            let is_triangle = node.polygon().is_some_and(|polygon| polygon.vertices().len() == 3);
+            let least_area = if is_triangle { LEAST_AREA } else { LEAST_AREA_OF_STRIPS };
+            let is_sliver = node.area <= least_area * size * size;
             let is_long = node.radius > LONGEST * size && !is_sliver;
             if node.is_leaf() && (node.area > size * size || is_long) {
                 self.divide(NodeId::new(index));
@@ -315,6 +316,10 @@ pub(crate) const REPRESENTATIVES: usize = 4;
 
 /// Times that a piece may be longer than its size when its area is small.
 const LONGEST: f64 = 2.0;
+
+/// The same as [`LEAST_AREA`] of quadrilaterals: strips down to a 512th of the size in width are cut to pieces as long as any.
+/// With none, a needle of half a metre and a billionth of a millimetre, alone in its scene, became eight million pieces.
+const LEAST_AREA_OF_STRIPS: f64 = LEAST_AREA / 16.0;
 
 /// Quadrilaterals this many times longer than wide are halved, not quartered.
 const LONG: f64 = 2.0;

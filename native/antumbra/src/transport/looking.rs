@@ -182,6 +182,11 @@ impl<'a> Looking<'a> {
         self.solve_system();
     }
 
+    /// Whether emitters light no patch of what is baked.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.mean_of(&self.direct) == 0.0
+    }
+
     /// What emitters bring to every side: to its middle where the display mesh will tell more, else to some points of it.
     fn gather_direct(&mut self, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
         let is_shown = |side: usize| side.is_multiple_of(2) && self.patches.patches[side / 2].receives;

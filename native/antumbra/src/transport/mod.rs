@@ -13,6 +13,7 @@ pub(crate) mod gather;
 pub(crate) mod hemisphere;
 pub(crate) mod hierarchical;
 mod hierarchy;
+mod last_bounces;
 mod link_estimate;
 mod links;
 pub(crate) mod looking;

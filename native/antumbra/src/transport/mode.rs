@@ -29,6 +29,15 @@ impl Solution<'_> {
         }
     }
 
+    /// Whether no emitter is known to light what is baked.
+    pub(crate) fn is_dark(&self) -> bool {
+        match self {
+            Self::Shooting(shooting) => shooting.is_dark(),
+            Self::Hierarchical(hierarchical) => hierarchical.is_dark(),
+            Self::Looking(looking) => looking.is_dark(),
+        }
+    }
+
     /// What whole faces reflect of the emitters' light.
     pub(crate) fn reflectors(&self) -> Vec<Reflector> {
         match self {

@@ -22,6 +22,7 @@ use crate::transport::columns::{Column, Receivers, both_sides};
 use crate::transport::endless::Endless;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, rms};
+use crate::transport::last_bounces::last_bounces;
 use crate::transport::patches::{Fit, direct_means};
 use crate::transport::secondary::{Reflector, reflectors_of_patches};
 use crate::transport::source_tree::SourceTree;
@@ -48,6 +49,10 @@ const EXHAUSTED: f64 = 1e-9;
 /// Sweeps, of as many shots as there are sources, that must lose something: light goes on by one reflection in each, at least,
 /// and by so many it has come out of any white corridor that is worth a picture.
 const LOSSLESS_SWEEPS: usize = 32;
+
+/// How much more than at first may wait to be sent. What a source's patches receive sums to what it sent within some per cent,
+/// in corners of coarse patches within half of it.
+const MOST_GROWTH: f64 = 2.0;
 
 /// What of its light counts as nothing: the rounding of form factors, which are f32.
 const LOST_BY_ROUNDING: f64 = 1e-6;
@@ -76,6 +81,13 @@ pub(crate) struct Shooting<'a> {
     balance: Balance,
     /// Power that was unshot when the sweeps began that are under way, W, and the shots before.
     sweeps: (f64, usize),
+    /// Shots before this start, and the power that was unshot then, W.
+    first_shot: usize,
+    first_unshot: f64,
+    /// Shots from kept columns since one was computed.
+    since_column: usize,
+    /// Iterations in which kept columns sent all at once.
+    settling: usize,
     /// Radiosity that each source has sent so far, W/m².
     sent: Vec<DVec3>,
     /// Per source that shot: its column, as far as memory allows.
@@ -115,6 +127,10 @@ impl<'a> Shooting<'a> {
             receivers: Receivers::default(),
             balance: Balance::default(),
             sweeps: (f64::INFINITY, 0),
+            first_shot: 0,
+            first_unshot: 0.0,
+            since_column: 0,
+            settling: 0,
             sent: Vec::new(),
             kept: Vec::new(),
             kept_bytes: 0,
@@ -254,14 +270,15 @@ impl<'a> Shooting<'a> {
         self.receivers = Receivers::new(&self.mesh, patch_of);
         self.balance = Balance::new(&self.sources, self.emitters.power, means, endless);
         self.sweeps = (f64::INFINITY, self.shots);
+        (self.first_shot, self.since_column) = (self.shots, 0);
         self.sent = vec![DVec3::ZERO; self.sources.len()];
         self.kept = vec![None; self.sources.len()];
         self.indirect = vec![DVec3::ZERO; self.mesh.samples.len()];
         Ok(())
     }
 
-    /// Lets the strongest source shoot. Returns whether its form factors had to be computed, or `None` when nothing
-    /// worth shooting is left.
+    /// Lets the strongest source shoot, or all that have columns at once when nothing else is worth one. Returns whether form
+    /// factors had to be computed, or `None` when nothing worth shooting is left.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -271,11 +288,14 @@ impl<'a> Shooting<'a> {
         let known = self.kept[source.index()].is_some();
         let negligible = NEGLIGIBLE * self.settings.tolerance;
         let share = self.balance.share(source, &self.sources);
-        if self.loses_nothing()
-            || remaining <= EXHAUSTED
+        if remaining <= EXHAUSTED
+            || self.loses_nothing()
             || (!known && (remaining <= negligible || share <= self.smallest_share()))
         {
             return Ok(None);
+        }
+        if known && self.since_column >= self.sources.len() && self.settle() {
+            return Ok(Some(false));
         }
         let column = match self.kept[source.index()].take() {
             Some(column) => column,
@@ -284,6 +304,7 @@ impl<'a> Shooting<'a> {
         let radiosity = self.balance.unshot[source.index()];
         self.balance.shoot(source, &self.sources, &column.patches);
         self.sent[source.index()] += radiosity;
+        self.since_column = if known { self.since_column + 1 } else { 0 };
         let bytes = if known { 0 } else { column.bytes() };
         if self.kept_bytes + bytes <= KEPT_BYTES {
             self.kept_bytes += bytes;
@@ -297,14 +318,39 @@ impl<'a> Shooting<'a> {
         Ok(Some(!known))
     }
 
+    /// Sends all that sources with columns have to send, by all bounces; `false` where that cannot be known.
+    fn settle(&mut self) -> bool {
+        self.since_column = 0;
+        if self.world.has_negative_light() {
+            return false;
+        }
+        let areas: Vec<f64> =
+            SourceId::range(0..self.sources.len()).map(|source| self.sources.area(source)).collect();
+        let reflectances = self.balance.reflectances(&self.sources);
+        let Some(last) = last_bounces(&self.kept, &areas, &reflectances, &self.balance.unshot) else {
+            return false;
+        };
+        self.balance.settle(&last, |source| self.kept[source].is_some(), &self.sources);
+        self.sent.iter_mut().zip(&last.radiosity).for_each(|(sent, radiosity)| *sent += *radiosity);
+        self.settling += last.iterations;
+        true
+    }
+
     /// Whether shots have lost nothing for so long that more would neither: what is left lies between surfaces that absorb
-    /// nothing, and leaves by less than form factors are known.
+    /// nothing, and leaves by less than form factors are known. Or whether there is more to send than there ever was: faces
+    /// that lie in one place each reflect what they get, and among white ones light grows from shot to shot.
     fn loses_nothing(&mut self) -> bool {
+        let unshot = self.balance.unshot_power(&self.sources);
         let (before, since) = self.sweeps;
+        if self.shots == self.first_shot {
+            self.first_unshot = unshot;
+        }
+        if unshot > MOST_GROWTH * self.first_unshot {
+            return true;
+        }
         if self.shots < since + LOSSLESS_SWEEPS * self.sources.len() {
             return false;
         }
-        let unshot = self.balance.unshot_power(&self.sources);
         self.sweeps = (unshot, self.shots);
         unshot >= (1.0 - LOST_BY_ROUNDING) * before
     }
@@ -326,7 +372,7 @@ impl<'a> Shooting<'a> {
             mode: "SHOOTING".to_owned(),
             elements: self.sources.len(),
             links: self.shots * self.sources.len(),
-            iterations: self.shots,
+            iterations: self.shots + self.settling,
             imbalance: None,
         }
     }
@@ -358,6 +404,11 @@ impl<'a> Shooting<'a> {
     pub(crate) fn wanted_error(&self) -> f64 {
         let white = self.settings.quantity == Quantity::Irradiance;
         self.settings.tolerance * self.balance.mean_baked(&self.sources, white)
+    }
+
+    /// Whether nothing is known of light on what is baked.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.wanted_error() == 0.0
     }
 
     /// What whole faces reflect of the emitters' light, as the patches' corners know it.
