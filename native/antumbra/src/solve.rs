@@ -25,10 +25,8 @@ use crate::settings::{Method, Quantity, Settings, Transport};
 use crate::solve::start::transport_for;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
-use crate::transport::hierarchical::Hierarchical;
-use crate::transport::looking::Looking;
 use crate::transport::mode::Solution;
-use crate::transport::shooting::{PatchMesh, Shooting};
+use crate::transport::shooting::Shooting;
 use crate::transport::sources::{Emitters, blockers};
 use crate::visibility::Receiver;
 use crate::weld::{Bake, weld};
@@ -311,33 +309,6 @@ impl<'a> Solver<'a> {
         self.course.estimate.set([self.course.estimate.get()[0], Some(most * most * baked_area(self.world))]);
         self.course.record(display, exchange);
         true
-    }
-
-    /// Finds a first estimate of all light, in the way that is asked for or suits the scene.
-    fn exchange(&self, patches: PatchMesh, ends: &(dyn Fn() -> bool + Sync)) -> Result<Solution<'a>, Error> {
-        let Self { world, settings, monitor, form_factors, emitters, .. } = *self;
-        Ok(match self.transport_mode {
-            Transport::Shooting => {
-                let shooting =
-                    Shooting::new(world, settings, monitor, form_factors, emitters, patches, ends)?;
-                Solution::Shooting(Box::new(shooting))
-            }
-            Transport::Hierarchical => {
-                let mut hierarchical =
-                    Hierarchical::new(world, settings, monitor, form_factors, emitters, &patches, ends)?;
-                if self.plan.exchanges() {
-                    hierarchical.estimate(ends)?;
-                }
-                if self.plan.nothing_is_reflected() {
-                    hierarchical.know_all_light();
-                }
-                Solution::Hierarchical(Box::new(hierarchical))
-            }
-            Transport::Auto | Transport::Rays => {
-                let looking = Looking::new(world, settings, monitor, form_factors, emitters, patches, ends)?;
-                Solution::Looking(Box::new(looking))
-            }
-        })
     }
 
     /// Shoots until the light is distributed, the time is up or the caller wants no more.

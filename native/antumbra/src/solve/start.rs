@@ -9,9 +9,10 @@ use crate::mesh::{Mesh, Quartering, tessellate};
 use crate::scene::world::World;
 use crate::settings::{Method, Settings, Transport};
 use crate::solve::{SHARE_OF_EMITTERS, SHARE_OF_PATCHES, Solver};
-use crate::transport::looking::{patch_size, patches_that_look_around};
+use crate::transport::hierarchical::Hierarchical;
+use crate::transport::looking::{Looking, patch_size, patches_that_look_around};
 use crate::transport::mode::Solution;
-use crate::transport::shooting::PatchMesh;
+use crate::transport::shooting::{PatchMesh, Shooting};
 
 /// Triangles up to which links carry the light unless something else is asked for: on the paper's scene, in the Cornell box
 /// and in two rooms they err less than shooting and take 1.0, 0.6 and 0.7 times as long. Pairs that are told apart grow with
@@ -55,6 +56,37 @@ impl<'a> Solver<'a> {
         }
         let elements = cut_into_patches(&mut mesh, sizes.patch, LEAST_AREA);
         PatchMesh { mesh, elements, patch_size: sizes.patch }
+    }
+
+    /// Finds a first estimate of all light, in the way that is asked for or suits the scene.
+    pub(super) fn exchange(
+        &self,
+        patches: PatchMesh,
+        ends: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Solution<'a>, Error> {
+        let Self { world, settings, monitor, form_factors, emitters, .. } = *self;
+        Ok(match self.transport_mode {
+            Transport::Shooting => {
+                let shooting =
+                    Shooting::new(world, settings, monitor, form_factors, emitters, patches, ends)?;
+                Solution::Shooting(Box::new(shooting))
+            }
+            Transport::Hierarchical => {
+                let mut hierarchical =
+                    Hierarchical::new(world, settings, monitor, form_factors, emitters, &patches, ends)?;
+                if self.plan.exchanges() {
+                    hierarchical.estimate(ends)?;
+                }
+                if self.plan.nothing_is_reflected() {
+                    hierarchical.know_all_light();
+                }
+                Solution::Hierarchical(Box::new(hierarchical))
+            }
+            Transport::Auto | Transport::Rays => {
+                let looking = Looking::new(world, settings, monitor, form_factors, emitters, patches, ends)?;
+                Solution::Looking(Box::new(looking))
+            }
+        })
     }
 
     /// The mesh that the method starts from: `coarse`, or where there is none the faces, cut along lines.
