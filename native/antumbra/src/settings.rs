@@ -80,7 +80,8 @@ impl Anyway {
     };
 }
 
-/// What is done at most for the light between surfaces, whatever the scene: for tests, which bake small ones by the million.
+/// What is done at most for the light between surfaces, whatever the scene, if it is not of hundreds of thousands of faces
+/// (`transport/looking.rs`): for tests, which bake small ones by the million.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Patches that look around, if all surfaces were one square. An interior of 260,000 triangles is cut into 450,000 by its

@@ -41,6 +41,14 @@ use crate::visibility::{Receiver, grey};
 /// Edge of the smallest part of a patch that reaches into a crevice, in patches.
 const SMALLEST: f64 = 1.0 / 16.0;
 
+/// Faces for each of the patches that a scene's surface is cut into, however many it takes: a scene of more faces is larger as a
+/// rule. In a flat of 64 rooms and a million triangles 20,000 patches were 0.7 m long, and a bake at a tolerance of 0.05 erred by
+/// 7.3 %.
+const FACES_PER_PATCH: f64 = 12.0;
+
+/// Rays for each face that leave all patches together, however many that takes: each face is a patch at least.
+const RAYS_PER_FACE: f64 = 120.0;
+
 /// Points of a side that is not shown at which the emitters' light is looked for, and where it differs: the middle of a lamp
 /// shade's inside tells nothing of the light at its rim.
 const UNSHOWN: [u32; 2] = [4, 32];
@@ -84,7 +92,13 @@ pub(crate) struct Looking<'a> {
 
 /// Edge of a patch, metres.
 pub(crate) fn patch_size(world: &World, effort: Effort) -> f64 {
-    (world.surface_area() / effort.patches).sqrt()
+    let patches = effort.patches.max(world.faces.len() as f64 / FACES_PER_PATCH);
+    (world.surface_area() / patches).sqrt()
+}
+
+/// That leave all patches together.
+fn rays(world: &World, effort: Effort) -> f64 {
+    effort.rays.max(world.faces.len() as f64 * RAYS_PER_FACE)
 }
 
 /// Cuts the roots of a mesh into patches that are small where they reach under something.
@@ -129,7 +143,7 @@ impl<'a> Looking<'a> {
         let stops = patches.patches.iter().map(|patch| 1.0 - grey(through(patch))).collect();
         let tree = PatchTree::new(world, &mesh, &patches);
         let around = Around { patches: &patches, tree: &tree, sky: emitters.around.as_ref() };
-        let rows = Rows::look_around(around, settings.effort.rays, monitor, ends)?;
+        let rows = Rows::look_around(around, rays(world, settings.effort), monitor, ends)?;
         let mut this = Self {
             world,
             settings,
