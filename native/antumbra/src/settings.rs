@@ -80,12 +80,11 @@ impl Anyway {
     };
 }
 
-/// What is done at most for the light between surfaces, whatever the scene, if it is not of hundreds of thousands of faces
-/// (`transport/looking.rs`): for tests, which bake small ones by the million.
+/// What is done at most for the light between surfaces, whatever the scene: for tests, which bake small ones by the million.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Patches that look around, if all surfaces were one square. An interior of 260,000 triangles is cut into 450,000 by its
-    /// faces anyway.
+    /// Patches that look around, if all surfaces were one square; more in scenes of many faces (`transport/looking.rs`). An
+    /// interior of 260,000 triangles is cut into 450,000 by its faces anyway.
     pub patches: f64,
     /// Rays that leave all of them together, at most about: twenty seconds of processor time. Far away what they err by averages
     /// out; beside a patch it does not. In a room of 144,000 triangles that windows light 1e7 left 2.5 % where there is no other
