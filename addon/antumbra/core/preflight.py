@@ -22,7 +22,7 @@ _BLACK = 0.005
 # Open edges of a closed mesh with holes, as a share of all its edges; sheets have more.
 _HOLES = 0.05
 
-# Triangles up to which links carry the light, as in the solver (MOST_LINKED in solve.rs).
+# Triangles up to which links carry the light, as in the solver (MOST_LINKED in solve/start.rs).
 _MOST_LINKED = 500
 
 # Triangles that refinement may make when the user sets no budget: Settings::triangle_limit in the solver.

@@ -162,8 +162,8 @@ impl Default for Settings {
 /// memory and export formats start to hurt. Simple scenes stay far below.
 const AUTOMATIC_LIMIT: usize = 100_000;
 
-/// Triangles that refinement may add for each that was there. The shadows of 128 lamps in a flat of a million triangles ask
-/// for one each at a tolerance of 0.05; half a triangle left 1.5 times the error.
+/// Triangles that refinement may add for each that was there. In a flat of a million triangles with 128 lamps, at a tolerance
+/// of 0.05, half a triangle left the solver's own estimate at 4.1 %, and as many as it asked for at 2.8 %.
 const ADDED_PER_TRIANGLE: usize = 2;
 
 /// More points than this tell nothing more, and their light fills the memory.

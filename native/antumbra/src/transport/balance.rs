@@ -98,8 +98,15 @@ impl Balance {
     }
 
     /// Takes over what all bounces send that sources with columns take part in.
-    pub(super) fn settle(&mut self, last: &LastBounces, is_known: impl Fn(usize) -> bool, sources: &Sources) {
-        let reflectances = self.reflectances(sources);
+    ///
+    /// `reflectances`: as [`Self::reflectances`] tells them.
+    pub(super) fn settle(
+        &mut self,
+        last: &LastBounces,
+        reflectances: &[DVec3],
+        is_known: impl Fn(usize) -> bool,
+        sources: &Sources,
+    ) {
         let mut landed = DVec3::ZERO;
         for (index, (radiosity, arrived)) in last.radiosity.iter().zip(&last.arrived).enumerate() {
             let area = sources.area(SourceId::new(index));

@@ -6,24 +6,25 @@
 //! Tampieri, Greenberg 1993). Light that is still unshot when shooting ends is spread in proportion to the indirect
 //! light so far, so that what is dark stays dark (Cohen et al.'s ambient term lights closed boxes from outside).
 
+mod fitting;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::display::Display;
 use crate::error::Error;
 use crate::index::ElementId;
 use crate::mesh::{Mesh, Side};
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
-use crate::settings::{Method, Quantity, Settings};
+use crate::settings::{Quantity, Settings};
 use crate::transport::balance::Balance;
 use crate::transport::columns::{Column, Receivers, both_sides};
 use crate::transport::endless::Endless;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, rms};
 use crate::transport::last_bounces::last_bounces;
-use crate::transport::patches::{Fit, direct_means};
+use crate::transport::patches::direct_means;
 use crate::transport::secondary::{Reflector, reflectors_of_patches};
 use crate::transport::source_tree::SourceTree;
 use crate::transport::sources::{Emitters, PatchId, SourceId, Sources};
@@ -81,8 +82,7 @@ pub(crate) struct Shooting<'a> {
     balance: Balance,
     /// Power that was unshot when the sweeps began that are under way, W, and the shots before.
     sweeps: (f64, usize),
-    /// Shots before this start, and the power that was unshot then, W.
-    first_shot: usize,
+    /// Power that was unshot at the start, W.
     first_unshot: f64,
     /// Shots from kept columns since one was computed.
     since_column: usize,
@@ -127,7 +127,6 @@ impl<'a> Shooting<'a> {
             receivers: Receivers::default(),
             balance: Balance::default(),
             sweeps: (f64::INFINITY, 0),
-            first_shot: 0,
             first_unshot: 0.0,
             since_column: 0,
             settling: 0,
@@ -154,82 +153,6 @@ impl<'a> Shooting<'a> {
             shooting.start(means)?;
         }
         Ok(shooting)
-    }
-
-    /// Once the display mesh knows the emitters' light: cuts patches that are lit too unevenly to send their mean, and
-    /// takes over what they receive.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`].
-    pub(crate) fn fit_to_direct_light(
-        &mut self,
-        display: &Display,
-        ends: &(dyn Fn() -> bool + Sync),
-    ) -> Result<(), Error> {
-        let gather = self.gather_direct(ends);
-        if self.settings.method != Method::Uniform {
-            self.patch_elements = self.fit().cut(
-                &mut self.mesh,
-                self.world,
-                Some(display),
-                &mut self.direct,
-                &self.patch_elements,
-                |mesh, direct| light(&gather, mesh, direct),
-            )?;
-            self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
-        }
-        let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
-        self.start(means)?;
-        Ok(())
-    }
-
-    /// Once everything has shot: cuts patches whose indirect light is too uneven to send its mean, and starts again.
-    /// Returns whether there were any.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`].
-    pub(crate) fn fit_to_indirect_light(
-        &mut self,
-        display: &Display,
-        ends: &(dyn Fn() -> bool + Sync),
-    ) -> Result<bool, Error> {
-        // Where columns are many or dear, starting again costs more than it brings.
-        let known = |(sent, kept): (&DVec3, &Option<Column>)| *sent == DVec3::ZERO || kept.is_some();
-        let affordable = self.mesh.samples.len() as f64 <= MANY_SAMPLES
-            && self.sent.iter().zip(&self.kept).all(known)
-            && self.settings.method != Method::Uniform;
-        if !affordable || ends() {
-            return Ok(false);
-        }
-        let mut indirect = vec![[DVec3::ZERO; 2]; self.mesh.samples.len()];
-        for (column, &radiosity) in self.kept.iter().zip(&self.sent) {
-            let Some(column) = column else { continue };
-            for (light, values) in indirect.iter_mut().zip(&column.samples) {
-                light[0] += f64::from(values[0]) * radiosity;
-                light[1] += f64::from(values[1]) * radiosity;
-            }
-        }
-        let interpolate = |mesh: &Mesh, light: &mut Vec<[DVec3; 2]>| {
-            for sample in &mesh.samples[light.len()..] {
-                let [a, b] = sample.parents.expect("subdivision made it; this is a bug in antumbra");
-                let [a, b] = [a, b].map(|s| light[s.index()]);
-                light.push([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
-            }
-            Ok(())
-        };
-        let before = self.patch_elements.len();
-        let patches = &self.patch_elements;
-        self.patch_elements =
-            self.fit().cut(&mut self.mesh, self.world, None, &mut indirect, patches, interpolate)?;
-        if self.patch_elements.len() == before {
-            return Ok(false);
-        }
-        let gather = self.gather_direct(ends);
-        light(&gather, &self.mesh, &mut self.direct)?;
-        self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
-        let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
-        self.start(means)?;
-        Ok(true)
     }
 
     fn gather_direct<'g>(&self, ends: &'g (dyn Fn() -> bool + Sync)) -> Gather<'g>
@@ -270,7 +193,8 @@ impl<'a> Shooting<'a> {
         self.receivers = Receivers::new(&self.mesh, patch_of);
         self.balance = Balance::new(&self.sources, self.emitters.power, means, endless);
         self.sweeps = (f64::INFINITY, self.shots);
-        (self.first_shot, self.since_column) = (self.shots, 0);
+        self.first_unshot = self.balance.unshot_power(&self.sources);
+        self.since_column = 0;
         self.sent = vec![DVec3::ZERO; self.sources.len()];
         self.kept = vec![None; self.sources.len()];
         self.indirect = vec![DVec3::ZERO; self.mesh.samples.len()];
@@ -330,7 +254,7 @@ impl<'a> Shooting<'a> {
         let Some(last) = last_bounces(&self.kept, &areas, &reflectances, &self.balance.unshot) else {
             return false;
         };
-        self.balance.settle(&last, |source| self.kept[source].is_some(), &self.sources);
+        self.balance.settle(&last, &reflectances, |source| self.kept[source].is_some(), &self.sources);
         self.sent.iter_mut().zip(&last.radiosity).for_each(|(sent, radiosity)| *sent += *radiosity);
         self.settling += last.iterations;
         true
@@ -342,9 +266,6 @@ impl<'a> Shooting<'a> {
     fn loses_nothing(&mut self) -> bool {
         let unshot = self.balance.unshot_power(&self.sources);
         let (before, since) = self.sweeps;
-        if self.shots == self.first_shot {
-            self.first_unshot = unshot;
-        }
         if unshot > MOST_GROWTH * self.first_unshot {
             return true;
         }
@@ -374,19 +295,6 @@ impl<'a> Shooting<'a> {
             links: self.shots * self.sources.len(),
             iterations: self.shots + self.settling,
             imbalance: None,
-        }
-    }
-
-    /// How patches are cut for their light.
-    fn fit(&self) -> Fit {
-        // A column of many samples costs more, so patches may be larger.
-        let many = (self.mesh.samples.len() as f64 / MANY_SAMPLES).max(1.0).sqrt();
-        Fit {
-            // Where the baked surfaces are dark, the light is elsewhere, and patches there need not be finer for it.
-            mean_radiosity: (self.balance.mean_baked(&self.sources, false))
-                .max(self.balance.mean_reflected(&self.sources)),
-            patch_size: self.patch_size * many,
-            triangle_limit: self.settings.triangle_limit(self.mesh.triangles),
         }
     }
 

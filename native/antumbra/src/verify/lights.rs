@@ -194,8 +194,9 @@ fn grouped(lights: &[Light], powers: &[f64]) -> Vec<Group> {
     let mut parts = vec![near];
     while parts.len() + beyond.len() < MOST_WEIGHED {
         // The one that is spread farthest, by its power, in two
-        let spread = |part: &Vec<(u32, DVec3)>| {
-            if part.len() < 2 { 0.0 } else { Group::new(part, powers).power * extent(part).max_element() }
+        let spread = |part: &[(u32, DVec3)]| {
+            let power: f64 = part.iter().map(|&(light, _)| powers[light as usize]).sum();
+            power * extent(part).max_element()
         };
         let widest = (0..parts.len()).max_by(|&a, &b| spread(&parts[a]).total_cmp(&spread(&parts[b])));
         let Some(widest) = widest.filter(|&index| parts[index].len() > 1) else { break };

@@ -6,6 +6,7 @@ pub(crate) mod lines;
 pub(crate) mod planned;
 pub(crate) mod scene;
 pub(crate) mod shape;
+pub(crate) mod verified;
 
 use antumbra::visibility::{ConvexPolygon, Receiver, Scratch, VisibleFormFactor, visible_form_factor};
 use glam::{DMat3, DQuat, DVec3, EulerRot};
