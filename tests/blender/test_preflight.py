@@ -5,7 +5,7 @@ import bpy
 import pytest
 from extension import module
 from fingerprint import fingerprint
-from scenes import add_area_light, add_cube, add_material, add_plane, bake, baked_objects, select
+from scenes import add_area_light, add_cube, add_material, add_mesh, add_plane, bake, baked_objects, select
 
 
 def look():
@@ -46,6 +46,14 @@ def test_what_renders_hide_is_named():
     add_cube("Ghost").hide_render = True
     finding = look().findings[the_finding("“Ghost”")]
     assert "hidden in renders" in finding.text
+
+
+def test_a_bow_tie_is_named_and_a_dented_face_is_not():
+    add_area_light()
+    add_mesh("Knot", [(-1, -1, 0), (1, 1, 0), (1, -1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
+    add_mesh("Arrow", [(0, 0, 1), (2, -1, 1), (1, 0, 1), (2, 1, 1)], [(0, 1, 2, 3)])
+    (finding,) = look().findings
+    assert "“Knot”: faces that cross themselves" in finding.text
 
 
 def test_a_click_selects_what_it_is_about():

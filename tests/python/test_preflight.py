@@ -57,6 +57,18 @@ def test_a_black_surface_is_named_with_its_object():
     assert "“Coal”" in finding.text
 
 
+def test_a_face_that_crosses_itself_is_found():
+    corners = np.array([(-1, -1, 0), (1, 1, 0), (1, -1, 0), (-1, 1, 0)], dtype=np.float32)
+    bow_tie = surface_of([(0, 1, 2), (0, 2, 3)], corners)
+    findings = found(replace(bow_tie, triangle_faces=np.array([0, 0], dtype=np.int32)), name="Knot")
+    assert "“Knot”: faces that cross themselves: taken as their triangles" in texts(findings)
+    # A square, and a face that is bent at a right angle
+    for last in [(0, 2, 0), (-1, -1, 2)]:
+        corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), last], dtype=np.float32)
+        one_face = replace(surface_of([(0, 1, 2), (0, 2, 3)], corners), triangle_faces=np.array([0, 0], dtype=np.int32))
+        assert not any("cross" in text for text in texts(found(one_face)))
+
+
 def test_one_turned_face_is_found_and_where_it_lies_does_not_matter():
     for turned in range(4):
         triangles = [tuple(reversed(t)) if i == turned else t for i, t in enumerate(TETRAHEDRON)]

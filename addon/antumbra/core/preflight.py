@@ -22,6 +22,9 @@ _BLACK = 0.005
 # Open edges of a closed mesh with holes, as a share of all its edges; sheets have more.
 _HOLES = 0.05
 
+# Cosine of the angle by which a face turns within itself where it is folded over, 135 degrees. In a flat bow-tie: -1.
+_FOLDED = -0.7
+
 # Triangles up to which links carry the light, as in the solver (MOST_LINKED in solve/start.rs).
 _MOST_LINKED = 500
 
@@ -76,6 +79,7 @@ def find(scene: SceneRecord) -> list[Finding]:
         *_no_light(scene),
         *_about(black, "WARNING", "reflects no light: stays black"),
         *_about(those(receivers, lambda t: t.turns_over), "WARNING", "faces turned against their neighbours"),
+        *_about(those(blockers, lambda t: t.folds), "WARNING", "faces that cross themselves: taken as their triangles"),
         *_about(those(blockers, lambda t: t.branches), "WARNING", "edges with more than two faces"),
         *_about(those(blockers, lambda t: t.has_holes), "INFO", "nearly closed, with holes that let light through"),
         *_about(those(receivers, lambda t: t.is_inside_out), "INFO", "closed and faces inwards: right for a room"),
@@ -168,6 +172,8 @@ class _Topology:
 
     turns_over: bool
     """Two faces use an edge in the same direction."""
+    folds: bool
+    """A face is a bow-tie: two of its triangles face away from each other."""
     branches: bool
     """More than two faces use an edge."""
     has_holes: bool
@@ -187,10 +193,23 @@ def _topology(surface: Surface) -> _Topology:
     is_closed = bool(np.all(count == 2) and not ways.any())
     return _Topology(
         turns_over=bool(np.any((count == 2) & (ways != 0.0))),
+        folds=_folds(surface),
         branches=bool(np.any(count > 2)),
         has_holes=0 < opened < _HOLES * len(count),
         is_inside_out=is_closed and _volume(surface) < 0.0,
     )
+
+
+def _folds(surface: Surface) -> bool:
+    corners = surface.positions.astype(np.float64)[surface.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    # Against the largest triangle of the same face
+    order = np.lexsort((-lengths, surface.triangle_faces))
+    _, first, which = np.unique(surface.triangle_faces[order], return_index=True, return_inverse=True)
+    largest = order[first][which.reshape(-1)]
+    cosines = np.einsum("tx,tx->t", normals[order], normals[largest])
+    return bool(np.any(cosines < _FOLDED * lengths[order] * lengths[largest]))
 
 
 def _volume(surface: Surface) -> float:
