@@ -30,6 +30,7 @@ pub mod scene;
 pub mod settings;
 mod shadow;
 pub mod solve;
+mod threads;
 mod transport;
 mod verify;
 pub mod visibility;

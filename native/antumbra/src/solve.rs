@@ -23,6 +23,7 @@ use crate::scene::SceneInput;
 use crate::scene::world::World;
 use crate::settings::{Method, Quantity, Settings, Transport};
 use crate::solve::start::transport_for;
+use crate::threads;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::mode::Solution;
@@ -59,9 +60,7 @@ const GRADED_TO: f64 = 0.5;
 /// [`Error`] names what is wrong with the scene or the settings; [`Error::Cancelled`] after [`Monitor::cancel`].
 pub fn bake(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Result<Bake, Error> {
     settings.validate()?;
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
-    let pool = threads.build().map_err(|error| Error::Threads { reason: error.to_string() })?;
-    pool.install(|| bake_here(input, settings, monitor))
+    threads::pool(settings.threads)?.install(|| bake_here(input, settings, monitor))
 }
 
 fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Result<Bake, Error> {

@@ -94,6 +94,45 @@ fn a_cube_on_a_floor_has_its_outline_in_the_mesh_and_is_dark_below() {
     }
 }
 
+/// A metre wide and a tenth high, on the floor; its edges below are cut into `cells`.
+fn slab(cells: u32) -> Shape {
+    let [low, high] = [DVec3::new(-0.5, -0.5, 0.0), DVec3::new(0.5, 0.5, 0.1)];
+    let (x, y, up) = (DVec3::X, DVec3::Y, 0.1 * DVec3::Z);
+    Shape::grid(low, y, x, [cells; 2])
+        .and(&Shape::grid(low, x, up, [cells, 1]))
+        .and(&Shape::grid(low, up, y, [1, cells]))
+        .and(&Shape::quad(high, -x, -y))
+        .and(&Shape::grid(high, -up, -x, [1, cells]))
+        .and(&Shape::grid(high, -y, -up, [cells, 1]))
+}
+
+/// What lies on the floor parts light from darkness along its outline, however many faces it is made of, and however little the
+/// edge of each is worth.
+#[test]
+fn a_slab_of_many_small_faces_has_the_outline_of_one_large_face() {
+    for method in WITH_LINES {
+        let drawn = [1, 12].map(|cells| {
+            let mut scene = floor(0.0);
+            scene.object("slab", slab(cells), 0);
+            scene.light(&lamp(DVec3::new(0.3, 0.2, 4.0), 0.5), 10.0);
+            let bake = scene.bake(&arriving(Settings { tolerance: 0.05, max_level: 0, ..by(method) }));
+            assert_sound(&scene.input, &bake);
+            let floor = &bake.meshes[0];
+            assert_covered(floor, &outline([[-0.5; 2], [0.5; 2]], 0.0), &format!("{method:?}, {cells}"));
+            for (corners, light) in triangles(floor) {
+                if is_covered(corners) {
+                    assert_eq!(light, [0.0; 3], "{method:?}, {cells}: under the slab");
+                } else if corners.iter().all(|p| p.x > 0.5 - ON_THE_LINE) {
+                    assert!(light.iter().all(|&light| light > 0.01), "{method:?}, {cells}: beside it");
+                }
+            }
+            bake.report.result.lines.drawn
+        });
+        // Of shadows some more: one side alone would be cut into twelve.
+        assert!(drawn[1] < drawn[0] + 12, "{method:?}: {drawn:?}");
+    }
+}
+
 /// Under a closed box no light comes from anywhere, however bright the room is.
 #[test]
 fn the_floor_under_a_box_is_exactly_dark_in_a_bright_room() {

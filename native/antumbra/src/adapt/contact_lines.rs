@@ -4,9 +4,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use crate::adapt::contact_outlines::outlines;
 use crate::adapt::line_search::line;
 use crate::index::FaceId;
 use crate::mesh::arrangement::{Line, LineKind};
+use crate::mesh::grid::GridPoint;
 use crate::scene::world::World;
 use crate::shadow::contact::contact_line;
 use crate::visibility::blockers::Blockers;
@@ -18,12 +20,19 @@ const NEAR: f64 = 1e-5;
 /// Weight of a corner below which a point lies on the opposite edge: clipping leaves some rounding.
 const ON_BORDER: f64 = 1e-9;
 
+/// Lines of an outline that cost no more than what is inside is worth. Each more makes two triangles.
+const RECTANGLE: f64 = 4.0;
+
 /// What a line parts, in squares of its length, where a face is so slender that short lines count: a rod. In folds of cloth
 /// that touch, such lines without their neighbours left faces dark of which only a corner is.
 const SLENDER: f64 = 16.0;
 
-/// Where polygons touch or pierce the faces for which `which` holds: in lines longer than `shortest`, metres, and in those that
-/// part at least an area of `least_parted`, m², from the rest of a face, as across a rod that passes through a wall.
+/// Where polygons touch or pierce the faces for which `which` holds: in outlines larger than `shortest`, metres, and in those
+/// with a line that parts at least an area of `least_parted`, m², from the rest of a face, as across a rod that passes through a
+/// wall.
+///
+/// What counts is the outline, not its lines: the back of a picture frame lies on the wall in hundreds of small faces, and its
+/// rounded corner in as many short edges. Without them the wall behind it was lit.
 pub(crate) fn contacts(
     world: &World,
     blockers: &Blockers,
@@ -42,17 +51,29 @@ pub(crate) fn contacts(
                 return Vec::new();
             }
             blockers.touching(a.min(b).min(c), a.max(b).max(c), NEAR * size, found);
-            let at = |weights: DVec3| weights.x * a + weights.y * b + weights.z * c;
-            (found.iter())
+            let touched = (found.iter())
                 .flat_map(|&blocker| {
                     contact_line(corners, face.normal, &blockers.polygons()[blocker as usize])
                 })
-                .filter(|part| {
-                    let squared = at(part[0]).distance_squared(at(part[1]));
-                    squared >= shortest * shortest
-                        || face.area * parted(part) >= least_parted.max(SLENDER * squared)
-                })
-                .filter_map(|part| line(part, LineKind::Contact))
+                .filter_map(|contact| Some((line(contact.ends, LineKind::Contact)?.ends, contact.covers)));
+            let at = |point: GridPoint| {
+                let weights = point.barycentric();
+                weights.x * a + weights.y * b + weights.z * c
+            };
+            let counts = |outline: &Vec<[GridPoint; 2]>| {
+                let ends = || outline.iter().flatten().map(|&end| at(end));
+                let least = ends().fold(DVec3::INFINITY, DVec3::min);
+                let most = ends().fold(DVec3::NEG_INFINITY, DVec3::max);
+                let lines = (outline.len() as f64 / RECTANGLE).max(1.0);
+                least.distance_squared(most) >= lines * shortest * shortest
+                    || outline.iter().any(|&[from, to]| {
+                        let squared = at(from).distance_squared(at(to));
+                        face.area * parted([from, to].map(GridPoint::barycentric))
+                            >= least_parted.max(SLENDER * squared)
+                    })
+            };
+            (outlines(touched).into_iter().filter(counts).flatten())
+                .map(|ends| Line { ends, kind: LineKind::Contact })
                 .collect()
         })
         .collect();
@@ -60,7 +81,7 @@ pub(crate) fn contacts(
 }
 
 /// Share of a triangle that is in the smaller of two parts, when a line parts it: when it goes from one edge to another.
-fn parted(ends: &[DVec3; 2]) -> f64 {
+fn parted(ends: [DVec3; 2]) -> f64 {
     let is_on = |end: DVec3, corner: usize| end[corner] < ON_BORDER;
     // The edges that meet in a corner are opposite to the two others.
     let corner = (0..3).find(|&corner| {
@@ -88,7 +109,7 @@ mod tests {
             ([ab, DVec3::splat(1.0 / 3.0)], 0.0),
             ([DVec3::X, DVec3::Y], 0.0),
         ] {
-            assert!((parted(&ends) - share).abs() < 1e-15, "{ends:?}: {}", parted(&ends));
+            assert!((parted(ends) - share).abs() < 1e-15, "{ends:?}: {}", parted(ends));
         }
     }
 }

@@ -3,6 +3,7 @@
 mod adaptive_subdivision;
 mod bisection;
 pub(crate) mod contact_lines;
+mod contact_outlines;
 pub(crate) mod fit;
 mod five_cases;
 mod lamp_lines;

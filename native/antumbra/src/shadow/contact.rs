@@ -18,8 +18,17 @@ const TOUCHING: f64 = 1e-6;
 /// transform was, once for the receiver and once for the blocker.
 pub(super) const TOUCHING_WORLD: f64 = 2.0 * f32::EPSILON as f64;
 
-/// Up to as many segments as the polygon has edges, as barycentric weights of their ends in the receiver.
-pub(crate) type Contacts = SmallVec<[[DVec3; 2]; 4]>;
+/// Where a polygon meets a receiver triangle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contact {
+    /// Barycentric weights of the ends in the receiver.
+    pub(crate) ends: [DVec3; 2],
+    /// Whether the polygon lies on the receiver to the left of the way from end to end, seen from its front, and to the right.
+    pub(crate) covers: [bool; 2],
+}
+
+/// Up to as many segments as the polygon has edges.
+pub(crate) type Contacts = SmallVec<[Contact; 4]>;
 
 /// The segments in which a blocking polygon meets a receiver triangle: where it pierces the triangle's plane, the
 /// edge with which it stands on it, or all edges of a polygon that lies in it.
@@ -39,19 +48,22 @@ pub(crate) fn contact_line(triangle: [DVec3; 3], normal: DVec3, blocker: &Convex
             if height.abs() <= touching { 0.0 } else { height }
         })
         .collect();
+    let is_flat = heights.iter().all(|&height| height == 0.0);
+    let middle = blocker.centroid();
     let mut add = |a: DVec3, b: DVec3| {
         // In one order, so that polygons that share the edge give the same ends to the bit.
-        let ends = if (a.x, a.y, a.z) < (b.x, b.y, b.z) { [a, b] } else { [b, a] };
-        if let Some(segment) = clip_to_triangle(ends, triangle)
-            && !on_border(segment, triangle, touching)
+        let [a, b] = if (a.x, a.y, a.z) < (b.x, b.y, b.z) { [a, b] } else { [b, a] };
+        if let Some(ends) = clip_to_triangle([a, b], triangle)
+            && !on_border(ends, triangle, touching)
         {
-            contacts.push(segment);
+            let is_left = normal.dot((b - a).cross(middle - a)) > 0.0;
+            contacts.push(Contact { ends, covers: [is_flat && is_left, is_flat && !is_left] });
         }
     };
     let edges = || (0..corners.len()).map(|i| [i, (i + 1) % corners.len()]);
 
     // A polygon in the plane
-    if heights.iter().all(|&height| height == 0.0) {
+    if is_flat {
         edges().for_each(|[i, j]| add(corners[i], corners[j]));
         return contacts;
     }
@@ -113,8 +125,8 @@ mod tests {
         let world = |w: DVec3| FLOOR[0] * w.x + FLOOR[1] * w.y + FLOOR[2] * w.z;
         let mut lines: Vec<[DVec3; 2]> = Vec::new();
         for polygon in polygons {
-            for segment in contact_line(FLOOR, DVec3::Z, polygon) {
-                let segment = segment.map(world);
+            for contact in contact_line(FLOOR, DVec3::Z, polygon) {
+                let segment = contact.ends.map(world);
                 if !lines.contains(&segment) {
                     lines.push(segment);
                 }
@@ -161,8 +173,10 @@ mod tests {
                 DVec3::new(x, -9.0, 2.0),
             ])
         };
-        let [segment] = contact_line(FLOOR, DVec3::Z, &wall(5.0))[..] else { panic!("one line") };
-        assert_eq!((segment[0].z, segment[1].x), (0.0, 0.0));
+        let [Contact { ends, .. }] = contact_line(FLOOR, DVec3::Z, &wall(5.0))[..] else {
+            panic!("one line")
+        };
+        assert_eq!((ends[0].z, ends[1].x), (0.0, 0.0));
         // Along the border of the floor
         assert!(contact_line(FLOOR, DVec3::Z, &wall(-5.0)).is_empty());
         assert!(contact_line(FLOOR, DVec3::Z, &wall(-5.0 + 1e-7)).is_empty());
@@ -181,7 +195,7 @@ mod tests {
         let mut length = 0.0;
         for triangle in [[top[0], top[1], top[2]], [top[0], top[2], top[3]]] {
             for side in &second {
-                for segment in contact_line(triangle, turn * DVec3::Z, side) {
+                for Contact { ends: segment, .. } in contact_line(triangle, turn * DVec3::Z, side) {
                     let world = |w: DVec3| triangle[0] * w.x + triangle[1] * w.y + triangle[2] * w.z;
                     length += world(segment[0]).distance(world(segment[1]));
                 }

@@ -27,6 +27,9 @@ const WIDER: f64 = 1.001;
 
 /// Quarters patches until none lies half in a crevice, they are smaller than a square of `smallest` metres, there would be more
 /// than `most` of them, or it has to end. In order.
+///
+/// The largest go first: behind a picture a wall loses more than do a million small faces in the seams of furniture, which
+/// would use up all there may be.
 pub(crate) fn cut_at_crevices(
     mesh: &mut Mesh,
     blockers: &Blockers,
@@ -36,44 +39,50 @@ pub(crate) fn cut_at_crevices(
     ends: &(dyn Fn() -> bool + Sync),
 ) -> Vec<ElementId> {
     let directions = Directions::square(RAYS);
-    let mut fitting = Vec::with_capacity(patches.len());
-    let mut open = patches;
-    while !open.is_empty() {
-        let cut: Vec<bool> = (open.par_iter())
-            .map(|&id| !ends() && is_half_covered(mesh, blockers, id, smallest, &directions))
-            .collect();
-        if fitting.len() + open.len() + 3 * cut.iter().filter(|&&cut| cut).count() > most {
-            fitting.extend(open);
-            break;
+    let (mut fitting, mut open): (Vec<_>, Vec<_>) =
+        patches.into_iter().partition(|&id| size(mesh, id) <= smallest);
+    while !open.is_empty() && !ends() {
+        let largest = open.iter().map(|&id| size(mesh, id)).fold(0.0, f64::max);
+        let (now, later) = open.into_iter().partition::<Vec<_>, _>(|&id| size(mesh, id) > 0.5 * largest);
+        open = later;
+        let is_cut: Vec<bool> =
+            (now.par_iter()).map(|&id| !ends() && is_half_covered(mesh, blockers, id, &directions)).collect();
+        let mut cut = Vec::new();
+        for (id, is_cut) in now.into_iter().zip(is_cut) {
+            if is_cut { &mut cut } else { &mut fitting }.push(id);
         }
-        let mut parts = Vec::new();
-        for (id, cut) in open.into_iter().zip(cut) {
-            if !cut {
-                fitting.push(id);
-                continue;
-            }
+        cut.sort_by(|&a, &b| size(mesh, b).total_cmp(&size(mesh, a)).then(a.cmp(&b)));
+        let possible = most.saturating_sub(fitting.len() + open.len() + cut.len()) / 3;
+        let uncut = cut.split_off(possible.min(cut.len()));
+        for id in cut {
             if mesh.element(id).is_leaf() {
                 mesh.subdivide(id, &mut Vec::new());
             }
-            parts.extend(mesh.element(id).children().expect("it is subdivided; this is a bug in antumbra"));
+            let parts = mesh.element(id).children().expect("it is subdivided; this is a bug in antumbra");
+            let (small, large) =
+                parts.into_iter().partition::<Vec<_>, _>(|&part| size(mesh, part) <= smallest);
+            fitting.extend(small);
+            open.extend(large);
         }
-        open = parts;
+        if !uncut.is_empty() {
+            fitting.extend(uncut);
+            break;
+        }
     }
+    fitting.extend(open);
     fitting.sort_unstable();
     fitting
 }
 
-fn is_half_covered(
-    mesh: &Mesh,
-    blockers: &Blockers,
-    id: ElementId,
-    smallest: f64,
-    directions: &Directions,
-) -> bool {
-    let element = mesh.element(id);
-    let size = element.area.sqrt();
-    let [a, b, c] = mesh.positions(element);
-    let Some(polygon) = ConvexPolygon::triangle(a, b, c).filter(|_| size > smallest) else { return false };
+/// Edge of a square of an element's area, metres.
+fn size(mesh: &Mesh, id: ElementId) -> f64 {
+    mesh.element(id).area.sqrt()
+}
+
+fn is_half_covered(mesh: &Mesh, blockers: &Blockers, id: ElementId, directions: &Directions) -> bool {
+    let size = size(mesh, id);
+    let [a, b, c] = mesh.positions(mesh.element(id));
+    let Some(polygon) = ConvexPolygon::triangle(a, b, c) else { return false };
     let seed = splitmix(id.index() as u64);
     let shift = [0, 1].map(|axis| unit(splitmix(seed ^ axis)));
     let reach = size * GAPS.iter().map(|(within, _)| *within).fold(0.0, f64::max);
@@ -96,4 +105,69 @@ fn is_half_covered(
             close > some && distances.len() as f64 - close > some
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec3};
+
+    use super::*;
+    use crate::index::FaceId;
+    use crate::scene::world::World;
+    use crate::scene::{MaterialInput, ObjectInput, SceneInput};
+    use crate::transport::sources::blockers;
+
+    /// Horizontal rectangles: their lowest corner, and their sizes along x and y.
+    fn rectangles(all: &[(DVec3, f64, f64)]) -> ObjectInput {
+        let corners = |&(at, x, y): &(DVec3, f64, f64)| {
+            [at, at + x * DVec3::X, at + x * DVec3::X + y * DVec3::Y, at + y * DVec3::Y]
+        };
+        let halves = |k: u32| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]];
+        ObjectInput {
+            name: String::new(),
+            positions: all.iter().flat_map(corners).collect(),
+            world_from_object: DMat4::IDENTITY,
+            triangle_materials: vec![0; 2 * all.len()],
+            triangles: (0..all.len() as u32).flat_map(halves).collect(),
+            corner_normals: None,
+            receives: true,
+            blocks: true,
+            sends: true,
+        }
+    }
+
+    /// A wall of a metre, two thirds of it behind a picture, beside a thousand tiles of two centimetres, each half under a strip.
+    #[test]
+    fn the_largest_patches_have_their_share_first() {
+        let tile = |k: u32| DVec3::new(2.0 + 0.03 * f64::from(k / 40), 0.03 * f64::from(k % 40), 0.0);
+        let mut below = vec![(DVec3::ZERO, 1.0, 1.0)];
+        below.extend((0..1000).map(|k| (tile(k), 0.02, 0.02)));
+        let mut above = vec![(DVec3::new(0.0, 0.0, 1e-4), 0.64, 1.0)];
+        above.extend((0..1000).map(|k| (tile(k) + 1e-4 * DVec3::Z, 0.01, 0.02)));
+        let material = MaterialInput {
+            name: String::new(),
+            reflectance_rgb: [0.5; 3],
+            exitance_rgb: [0.0; 3],
+            transmittance_rgb: [0.0; 3],
+        };
+        let scene = SceneInput {
+            materials: vec![material],
+            objects: vec![rectangles(&below), rectangles(&above)],
+            ..SceneInput::default()
+        };
+        let world = World::new(&scene).expect("it is valid");
+        let mut mesh = Mesh::new(&world);
+        let faces: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).collect();
+        let most = faces.len() + 300;
+        let patches = cut_at_crevices(&mut mesh, &blockers(&world), faces, 0.005, most, &|| false);
+        assert!(patches.len() <= most);
+        let on_wall: Vec<ElementId> =
+            patches.into_iter().filter(|&id| mesh.element(id).face < FaceId::new(2)).collect();
+        let half_covered = |&&id: &&ElementId| {
+            let middle = mesh.positions(mesh.element(id)).into_iter().sum::<DVec3>() / 3.0 + world.origin;
+            (middle.x - 0.64).abs() < 0.2 * size(&mesh, id)
+        };
+        let largest = on_wall.iter().filter(half_covered).map(|&id| size(&mesh, id)).fold(0.0, f64::max);
+        assert!(largest < 0.03, "{largest} m of the wall lie half behind the picture");
+    }
 }

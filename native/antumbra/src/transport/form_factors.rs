@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 
 use crate::transport::clusters::Clustered;
 use crate::visibility::blockers::{Blockers, TooMany};
-use crate::visibility::rays::visible_share;
+use crate::visibility::rays::ShadowRays;
 use crate::visibility::shaft::Shaft;
 use crate::visibility::{
     ConvexPolygon, Receiver, Scratch, Weight, grey, unoccluded_form_factor, unoccluded_weighted,
@@ -257,9 +257,12 @@ impl<'a> FormFactors<'a> {
         self.counters.sampled.fetch_add(1, Ordering::Relaxed);
         // Most receivers see all of a source or nothing, which a few rays tell; the others ask for all.
         let mut asked = count.min(PROBE_RAYS);
-        let mut shares = visible_share(receiver, source, self.blockers, asked, seed);
+        let mut rays = ShadowRays::new(receiver, source, self.blockers, seed);
+        rays.send(asked);
+        let mut shares = rays.share();
         if asked < count && shares.max_element() > 0.0 && shares.min_element() < 1.0 {
-            shares = visible_share(receiver, source, self.blockers, count, seed);
+            rays.send(count);
+            shares = rays.share();
             asked = count;
         }
         let share = grey(shares);

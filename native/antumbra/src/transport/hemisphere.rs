@@ -110,7 +110,8 @@ const FEWEST: usize = PARTS[0] * PARTS[0] * CELLS;
 /// mean of all cells: where none of few rays met a small window, they seem to agree.
 const LEAST_VARIANCE: f64 = 0.25;
 
-/// Rays that tell what is shown, about and at most, before it is refined: a minute of processor time.
+/// Rays that tell what is shown, about and at most, before it is refined: a minute of processor time. In scenes of half a million
+/// vertices it is more, a second look of the fewest rays for each: they would be what is left after the first looks.
 const RAYS_SHOWN: f64 = 6e7;
 
 /// A first look whose standard error is more than this share of what it saw does not suffice, however small the area that it
@@ -184,7 +185,8 @@ impl<'a> Surroundings<'a> {
         }
         if weights > 0.0 {
             let enough = CELLS as f64 * (weights / allowed).powf(2.0 / 3.0);
-            self.effort = enough.min(RAYS_SHOWN / (step as f64 * weights));
+            let most = RAYS_SHOWN.max((receivers.len() * FEWEST) as f64);
+            self.effort = enough.min(most / (step as f64 * weights));
         }
     }
 

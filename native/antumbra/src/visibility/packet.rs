@@ -44,14 +44,59 @@ impl Blockers {
     /// `directions`: of length one.
     pub(crate) fn first_hits(&self, from: DVec3, directions: &[DVec3; PACKET]) -> [Option<Hit>; PACKET] {
         let mut hits = [None; PACKET];
-        let Some(tree) = self.tree() else { return hits };
+        self.visit_together(from, directions, Vec4::INFINITY, |primitive, reach| {
+            self.meet(primitive, from, directions, &mut hits, reach);
+        });
+        hits
+    }
+
+    /// Share of light, per channel, that goes from one point to others of surfaces: what [`Self::between`] finds for each.
+    pub(crate) fn between_all(&self, from: DVec3, to: &[DVec3; PACKET]) -> [DVec3; PACKET] {
+        let spans = to.map(|to| to - from);
+        let lengths = spans.map(DVec3::length);
+        let has_no_direction = |length: &f64| !(length.is_normal() && (*length as f32).is_normal());
+        if !self.blocking().all_opaque() || lengths.iter().any(has_no_direction) {
+            return to.map(|to| self.between(from, to));
+        }
+        let directions = std::array::from_fn(|k| spans[k] / lengths[k]);
+        let mut is_blocked = [false; PACKET];
+        let reach = Vec4::from_array(lengths.map(|length| self.beyond(length)));
+        self.visit_together(from, &directions, reach, |primitive, reach| {
+            let panel = self.panel(primitive);
+            let height = panel.height(from);
+            let passed: [bool; PACKET] =
+                std::array::from_fn(|k| !is_blocked[k] && panel.is_passed(height, spans[k]));
+            if passed == [false; PACKET] {
+                return;
+            }
+            let planes = panel.planes(from);
+            for k in (0..PACKET).filter(|&k| passed[k]) {
+                if planes.enclose(spans[k]) {
+                    is_blocked[k] = true;
+                    reach[k] = f32::NEG_INFINITY;
+                }
+            }
+        });
+        is_blocked.map(|blocked| if blocked { DVec3::ZERO } else { DVec3::ONE })
+    }
+
+    /// Visits what may be met by rays from one point, about the nearest first. Who is told of a polygon, by its place in the tree,
+    /// may shorten the distances up to which something is looked for.
+    fn visit_together(
+        &self,
+        from: DVec3,
+        directions: &[DVec3; PACKET],
+        reach: Vec4,
+        mut meet: impl FnMut(usize, &mut Vec4),
+    ) {
+        let Some(tree) = self.tree() else { return };
         let inverses =
             |axis: usize| Vec4::from_array(std::array::from_fn(|k| safe_inverse(directions[k][axis] as f32)));
         let mut packet = Packet {
             origin: from.as_vec3a(),
             inverse_directions: [inverses(0), inverses(1), inverses(2)],
             behind: self.slack(),
-            reach: Vec4::INFINITY,
+            reach,
         };
         let mut open = SmallVec::<[(u32, f32); 96]>::new();
         open.push((0, packet.enters(tree.nodes[0].aabb())));
@@ -82,11 +127,10 @@ impl Blockers {
             };
             if let Some(node) = node {
                 for primitive in node.first_index..node.first_index + node.prim_count {
-                    self.meet(primitive as usize, from, directions, &mut hits, &mut packet.reach);
+                    meet(primitive as usize, &mut packet.reach);
                 }
             }
         }
-        hits
     }
 
     /// Takes over a polygon for those rays that it is the nearest of so far.

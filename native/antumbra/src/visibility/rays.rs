@@ -7,36 +7,68 @@
 use glam::DVec3;
 
 use crate::visibility::blockers::Blockers;
+use crate::visibility::packet::PACKET;
 use crate::visibility::{ConvexPolygon, Receiver};
 
 /// Generators of the R2 sequence (Roberts 2018): the two-dimensional golden ratio's inverse powers.
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// The visible share of a source's light by `count` rays, per channel: their unblocked share of the form factor's
-/// kernel. Times the exact unblocked form factor it is exact where all rays rightly agree.
-pub(crate) fn visible_share(
-    receiver: &Receiver,
-    source: &ConvexPolygon,
-    blockers: &Blockers,
-    count: u32,
-    seed: u64,
-) -> DVec3 {
-    let shift = [unit(splitmix(seed)), unit(splitmix(seed ^ 0x9E37_79B9_7F4A_7C15))];
-    let (mut visible, mut total) = (DVec3::ZERO, 0.0);
-    for i in 0..count {
-        let point = point_on(source, spread(shift, i + 1));
-        let to = point - receiver.position;
-        let distance_squared = to.length_squared();
-        let weight =
-            receiver.normal.dot(to) * source.normal().dot(to).abs() / (distance_squared * distance_squared);
-        if weight <= 0.0 {
-            continue;
-        }
-        total += weight;
-        // The source may be a surface, which does not block its own light however the point on it is rounded.
-        visible += weight * blockers.between(receiver.position, point);
+/// Rays from a receiver to a source, as many as were sent so far.
+pub(crate) struct ShadowRays<'a> {
+    receiver: &'a Receiver,
+    source: &'a ConvexPolygon,
+    blockers: &'a Blockers,
+    shift: [f64; 2],
+    sent: u32,
+    /// Sums of the form factor's kernel: of what arrives, per channel, and of all.
+    visible: DVec3,
+    total: f64,
+}
+
+impl<'a> ShadowRays<'a> {
+    /// None yet. `seed`: where they go.
+    pub(crate) fn new(
+        receiver: &'a Receiver,
+        source: &'a ConvexPolygon,
+        blockers: &'a Blockers,
+        seed: u64,
+    ) -> Self {
+        let shift = [unit(splitmix(seed)), unit(splitmix(seed ^ 0x9E37_79B9_7F4A_7C15))];
+        Self { receiver, source, blockers, shift, sent: 0, visible: DVec3::ZERO, total: 0.0 }
     }
-    if total > 0.0 { visible / total } else { DVec3::ZERO }
+
+    /// Sends more, until there are so many.
+    pub(crate) fn send(&mut self, count: u32) {
+        let rays = self.sent..count;
+        self.sent = count;
+        let mut weighed = rays.filter_map(|i| {
+            let point = point_on(self.source, spread(self.shift, i + 1));
+            let to = point - self.receiver.position;
+            let distance_squared = to.length_squared();
+            let weight = self.receiver.normal.dot(to) * self.source.normal().dot(to).abs()
+                / (distance_squared * distance_squared);
+            (weight > 0.0).then_some((point, weight))
+        });
+        while let Some((first, weight)) = weighed.next() {
+            let (mut points, mut weights, mut packed) = ([first; PACKET], [weight; PACKET], 1);
+            for (point, weight) in weighed.by_ref().take(PACKET - 1) {
+                (points[packed], weights[packed]) = (point, weight);
+                packed += 1;
+            }
+            // The source may be a surface, which does not block its own light however the point on it is rounded.
+            let light = self.blockers.between_all(self.receiver.position, &points);
+            for (light, weight) in light.into_iter().zip(weights).take(packed) {
+                self.total += weight;
+                self.visible += weight * light;
+            }
+        }
+    }
+
+    /// The visible share of the source's light, per channel: the unblocked share of the form factor's kernel. Times the exact
+    /// unblocked form factor it is exact where all rays rightly agree.
+    pub(crate) fn share(&self) -> DVec3 {
+        if self.total > 0.0 { self.visible / self.total } else { DVec3::ZERO }
+    }
 }
 
 /// The k-th of points that cover a unit square evenly, however many there are; `shift` moves them all.

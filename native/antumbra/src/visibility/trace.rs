@@ -25,19 +25,22 @@ impl Blockers {
     /// Share of light, per channel, that goes from one point to another of surfaces, which block nothing themselves
     /// however their points are rounded.
     pub(crate) fn between(&self, from: DVec3, to: DVec3) -> DVec3 {
-        let step = (to - from) * OFF_THE_SURFACE;
-        self.through_segment(from + step, to - step)
+        self.along_segment(from, to, |panel, span| panel.stands_between(from, span))
     }
 
     /// Share of light, per channel, that goes along the open segment between two points.
     pub(crate) fn through_segment(&self, from: DVec3, to: DVec3) -> DVec3 {
+        self.along_segment(from, to, |panel, span| panel.is_crossed(from, span))
+    }
+
+    /// Share of light, per channel, that passes those polygons on a segment that block, given the whole of it.
+    fn along_segment(&self, from: DVec3, to: DVec3, blocks: impl Fn(&Panel, DVec3) -> bool) -> DVec3 {
         if self.blocking().all_opaque() {
-            let crossed = |panel: &Panel, span| panel.is_crossed(from, span);
-            return if self.meets(from, to, crossed) { DVec3::ZERO } else { DVec3::ONE };
+            return if self.meets(from, to, blocks) { DVec3::ZERO } else { DVec3::ONE };
         }
         let mut passed: SmallVec<[u32; 8]> = SmallVec::new();
         let stops = |panel: &Panel, span| {
-            panel.is_crossed(from, span) && {
+            blocks(panel, span) && {
                 passed.push(panel.polygon);
                 self.blocking().is_opaque(panel.polygon)
             }
@@ -173,6 +176,17 @@ impl Panel {
         let end = self.height(from + span);
         start * end < 0.0 && self.planes(from).enclose(span)
     }
+
+    /// The same for a segment between two surfaces.
+    fn stands_between(&self, from: DVec3, span: DVec3) -> bool {
+        self.is_passed(self.height(from), span) && self.planes(from).enclose(span)
+    }
+
+    /// Whether a segment between two surfaces, from a point so far below its plane, passes the plane between them.
+    pub(super) fn is_passed(&self, height: f64, span: DVec3) -> bool {
+        let rise = self.normal.dot(span);
+        (height - OFF_THE_SURFACE * rise) * (height - (1.0 - OFF_THE_SURFACE) * rise) < 0.0
+    }
 }
 
 /// Normals of the planes through a point and the edges of a polygon.
@@ -235,5 +249,38 @@ mod tests {
             }
         }
         assert!(hits > 1000 && misses > 1000, "{hits} hits, {misses} misses");
+    }
+
+    #[test]
+    fn four_segments_together_are_blocked_where_each_is() {
+        let mut random = 0;
+        let mut unit = || {
+            random += 1;
+            crate::visibility::rays::unit(crate::visibility::rays::splitmix(random))
+        };
+        let mut point = || DVec3::new(unit(), unit(), unit());
+        let polygons: Vec<ConvexPolygon> = (0..500)
+            .filter_map(|_| {
+                let [at, along, across] = [point(), point() - 0.5, point() - 0.5];
+                ConvexPolygon::triangle(at, at + 0.3 * along, at + 0.3 * across)
+            })
+            .collect();
+        let corners: Vec<DVec3> = polygons.iter().map(|polygon| polygon.vertices()[0]).collect();
+        let blockers = Blockers::opaque(polygons, 3.0_f64.sqrt());
+        let (mut blocked, mut free) = (0, 0);
+        for round in 0..2000 {
+            let from = if round % 3 == 0 { corners[round % corners.len()] } else { point() };
+            // Near each other and far, to corners of what blocks, and along an axis
+            let near = point();
+            let mut to =
+                std::array::from_fn(|k| if k == 0 { near } else { near + 0.01 * k as f64 * point() });
+            to[2] = corners[(7 * round) % corners.len()];
+            to[3] = if round % 5 == 0 { from } else { from + point() * DVec3::X };
+            for (light, to) in blockers.between_all(from, &to).into_iter().zip(to) {
+                assert_eq!(light, blockers.between(from, to));
+                *if light == DVec3::ZERO { &mut blocked } else { &mut free } += 1;
+            }
+        }
+        assert!(blocked > 1000 && free > 1000, "{blocked} blocked, {free} free");
     }
 }

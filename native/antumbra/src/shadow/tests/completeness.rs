@@ -29,7 +29,7 @@ fn scan(scene: &mut Scene, random: &mut Random, scans: usize) -> usize {
     let floor = [DVec3::new(-9.0, -9.0, 0.0), DVec3::new(27.0, -9.0, 0.0), DVec3::new(-9.0, 27.0, 0.0)];
     let at = |w: DVec3| floor[0] * w.x + floor[1] * w.y + floor[2] * w.z;
     let contacts = scene.blockers.iter().flat_map(|blocker| contact_line(floor, DVec3::Z, blocker));
-    known.extend(contacts.map(|segment| segment.map(at)));
+    known.extend(contacts.map(|contact| contact.ends.map(at)));
     let (normal, origin) = (scene.source.normal(), scene.source.vertices()[0]);
     if let Some(along) = normal.cross(DVec3::Z).try_normalize() {
         let across = along.cross(DVec3::Z);
