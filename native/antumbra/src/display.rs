@@ -288,4 +288,4 @@ pub(crate) fn baked_area(world: &World) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

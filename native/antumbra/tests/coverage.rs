@@ -10,6 +10,8 @@ use common::shape::Shape;
 use common::verified::{print, verified};
 use common::{Random, polygon, visible};
 use glam::{DMat3, DVec3};
+
+/// A scene, and what its light is known from.
 struct Chance {
     scene: Scene,
     /// Outlines and exitances.

@@ -31,8 +31,8 @@ const SLENDER: f64 = 16.0;
 /// with a line that parts at least an area of `least_parted`, m², from the rest of a face, as across a rod that passes through a
 /// wall.
 ///
-/// What counts is the outline, not its lines: the back of a picture frame lies on the wall in hundreds of small faces, and its
-/// rounded corner in as many short edges. Without them the wall behind it was lit.
+/// What counts is the outline, not its lines: the back of a picture frame lies on the wall in hundreds of small faces, and
+/// each of their edges is worth nothing, but all of them together part the dark from the light.
 pub(crate) fn contacts(
     world: &World,
     blockers: &Blockers,

@@ -22,7 +22,7 @@ const LAMP_HEIGHT: f64 = 4.0;
 const EXITANCE: f64 = 10.0;
 
 /// A black object.
-fn object(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> ObjectInput {
+pub(crate) fn object(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> ObjectInput {
     ObjectInput {
         name: String::new(),
         positions,
@@ -52,7 +52,7 @@ fn cuboid(low: DVec3, high: DVec3) -> ObjectInput {
     object((0..8).map(corner).collect(), triangles)
 }
 
-fn scene(objects: Vec<ObjectInput>, lamp: Option<[DVec2; 2]>) -> SceneInput {
+pub(crate) fn scene(objects: Vec<ObjectInput>, lamp: Option<[DVec2; 2]>) -> SceneInput {
     let material = |exitance| MaterialInput {
         name: String::new(),
         reflectance_rgb: [0.0; 3],

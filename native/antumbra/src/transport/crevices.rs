@@ -39,11 +39,14 @@ pub(crate) fn cut_at_crevices(
     ends: &(dyn Fn() -> bool + Sync),
 ) -> Vec<ElementId> {
     let directions = Directions::square(RAYS);
-    let (mut fitting, mut open): (Vec<_>, Vec<_>) =
-        patches.into_iter().partition(|&id| size(mesh, id) <= smallest);
-    while !open.is_empty() && !ends() {
+    let (mut fitting, mut open) = (Vec::new(), patches);
+    loop {
         let largest = open.iter().map(|&id| size(mesh, id)).fold(0.0, f64::max);
-        let (now, later) = open.into_iter().partition::<Vec<_>, _>(|&id| size(mesh, id) > 0.5 * largest);
+        if largest <= smallest || ends() {
+            break;
+        }
+        let least = smallest.max(0.5 * largest);
+        let (now, later) = open.into_iter().partition::<Vec<_>, _>(|&id| size(mesh, id) > least);
         open = later;
         let is_cut: Vec<bool> =
             (now.par_iter()).map(|&id| !ends() && is_half_covered(mesh, blockers, id, &directions)).collect();
@@ -58,11 +61,7 @@ pub(crate) fn cut_at_crevices(
             if mesh.element(id).is_leaf() {
                 mesh.subdivide(id, &mut Vec::new());
             }
-            let parts = mesh.element(id).children().expect("it is subdivided; this is a bug in antumbra");
-            let (small, large) =
-                parts.into_iter().partition::<Vec<_>, _>(|&part| size(mesh, part) <= smallest);
-            fitting.extend(small);
-            open.extend(large);
+            open.extend(mesh.element(id).children().expect("it is subdivided; this is a bug in antumbra"));
         }
         if !uncut.is_empty() {
             fitting.extend(uncut);
@@ -109,12 +108,13 @@ fn is_half_covered(mesh: &Mesh, blockers: &Blockers, id: ElementId, directions: 
 
 #[cfg(test)]
 mod tests {
-    use glam::{DMat4, DVec3};
+    use glam::DVec3;
 
     use super::*;
+    use crate::display::tests::{object, scene};
     use crate::index::FaceId;
+    use crate::scene::ObjectInput;
     use crate::scene::world::World;
-    use crate::scene::{MaterialInput, ObjectInput, SceneInput};
     use crate::transport::sources::blockers;
 
     /// Horizontal rectangles: their lowest corner, and their sizes along x and y.
@@ -123,17 +123,7 @@ mod tests {
             [at, at + x * DVec3::X, at + x * DVec3::X + y * DVec3::Y, at + y * DVec3::Y]
         };
         let halves = |k: u32| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]];
-        ObjectInput {
-            name: String::new(),
-            positions: all.iter().flat_map(corners).collect(),
-            world_from_object: DMat4::IDENTITY,
-            triangle_materials: vec![0; 2 * all.len()],
-            triangles: (0..all.len() as u32).flat_map(halves).collect(),
-            corner_normals: None,
-            receives: true,
-            blocks: true,
-            sends: true,
-        }
+        object(all.iter().flat_map(corners).collect(), (0..all.len() as u32).flat_map(halves).collect())
     }
 
     /// A wall of a metre, two thirds of it behind a picture, beside a thousand tiles of two centimetres, each half under a strip.
@@ -144,18 +134,8 @@ mod tests {
         below.extend((0..1000).map(|k| (tile(k), 0.02, 0.02)));
         let mut above = vec![(DVec3::new(0.0, 0.0, 1e-4), 0.64, 1.0)];
         above.extend((0..1000).map(|k| (tile(k) + 1e-4 * DVec3::Z, 0.01, 0.02)));
-        let material = MaterialInput {
-            name: String::new(),
-            reflectance_rgb: [0.5; 3],
-            exitance_rgb: [0.0; 3],
-            transmittance_rgb: [0.0; 3],
-        };
-        let scene = SceneInput {
-            materials: vec![material],
-            objects: vec![rectangles(&below), rectangles(&above)],
-            ..SceneInput::default()
-        };
-        let world = World::new(&scene).expect("it is valid");
+        let world =
+            World::new(&scene(vec![rectangles(&below), rectangles(&above)], None)).expect("it is valid");
         let mut mesh = Mesh::new(&world);
         let faces: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).collect();
         let most = faces.len() + 300;

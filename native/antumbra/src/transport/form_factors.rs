@@ -256,15 +256,12 @@ impl<'a> FormFactors<'a> {
         }
         self.counters.sampled.fetch_add(1, Ordering::Relaxed);
         // Most receivers see all of a source or nothing, which a few rays tell; the others ask for all.
-        let mut asked = count.min(PROBE_RAYS);
         let mut rays = ShadowRays::new(receiver, source, self.blockers, seed);
-        rays.send(asked);
-        let mut shares = rays.share();
-        if asked < count && shares.max_element() > 0.0 && shares.min_element() < 1.0 {
+        rays.send(count.min(PROBE_RAYS));
+        if rays.share().max_element() > 0.0 && rays.share().min_element() < 1.0 {
             rays.send(count);
-            shares = rays.share();
-            asked = count;
         }
+        let (asked, shares) = (rays.sent(), rays.share());
         let share = grey(shares);
         self.counters.rays.fetch_add(u64::from(asked), Ordering::Relaxed);
         // Rays that all agree may still all be wrong: the next one would have disagreed one time in so many.

@@ -54,8 +54,7 @@ impl Blockers {
     pub(crate) fn between_all(&self, from: DVec3, to: &[DVec3; PACKET]) -> [DVec3; PACKET] {
         let spans = to.map(|to| to - from);
         let lengths = spans.map(DVec3::length);
-        let has_no_direction = |length: &f64| !(length.is_normal() && (*length as f32).is_normal());
-        if !self.blocking().all_opaque() || lengths.iter().any(has_no_direction) {
+        if !self.blocking().all_opaque() || !lengths.iter().all(|length| length.is_normal()) {
             return to.map(|to| self.between(from, to));
         }
         let directions = std::array::from_fn(|k| spans[k] / lengths[k]);

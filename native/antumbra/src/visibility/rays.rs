@@ -64,6 +64,11 @@ impl<'a> ShadowRays<'a> {
         }
     }
 
+    /// How many were sent.
+    pub(crate) fn sent(&self) -> u32 {
+        self.sent
+    }
+
     /// The visible share of the source's light, per channel: the unblocked share of the form factor's kernel. Times the exact
     /// unblocked form factor it is exact where all rays rightly agree.
     pub(crate) fn share(&self) -> DVec3 {

@@ -204,6 +204,7 @@ impl EdgePlanes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::visibility::rays::{splitmix, unit};
 
     #[test]
     fn segment_is_blocked_by_what_it_crosses_and_by_nothing_else() {
@@ -222,20 +223,30 @@ mod tests {
         assert!(!blocked(at(0.5, 0.5, 0.0), at(0.2, 0.3, 1.0)));
     }
 
-    #[test]
-    fn four_rays_together_meet_what_each_meets_alone() {
+    /// Points of a unit cube, one after the other.
+    fn points() -> impl FnMut() -> DVec3 {
         let mut random = 0;
-        let mut unit = || {
+        let mut unit = move || {
             random += 1;
-            crate::visibility::rays::unit(crate::visibility::rays::splitmix(random))
+            unit(splitmix(random))
         };
-        let mut point = || DVec3::new(unit(), unit(), unit());
-        let polygons: Vec<ConvexPolygon> = (0..2000)
+        move || DVec3::new(unit(), unit(), unit())
+    }
+
+    /// Somewhere in the cube, of edges shorter than `size`.
+    fn triangles(mut point: impl FnMut() -> DVec3, count: usize, size: f64) -> Vec<ConvexPolygon> {
+        (0..count)
             .filter_map(|_| {
                 let [at, along, across] = [point(), point() - 0.5, point() - 0.5];
-                ConvexPolygon::triangle(at, at + 0.1 * along, at + 0.1 * across)
+                ConvexPolygon::triangle(at, at + size * along, at + size * across)
             })
-            .collect();
+            .collect()
+    }
+
+    #[test]
+    fn four_rays_together_meet_what_each_meets_alone() {
+        let mut point = points();
+        let polygons = triangles(&mut point, 2000, 0.1);
         let blockers = Blockers::opaque(polygons, 3.0_f64.sqrt());
         let (mut hits, mut misses) = (0, 0);
         for _ in 0..2000 {
@@ -253,18 +264,8 @@ mod tests {
 
     #[test]
     fn four_segments_together_are_blocked_where_each_is() {
-        let mut random = 0;
-        let mut unit = || {
-            random += 1;
-            crate::visibility::rays::unit(crate::visibility::rays::splitmix(random))
-        };
-        let mut point = || DVec3::new(unit(), unit(), unit());
-        let polygons: Vec<ConvexPolygon> = (0..500)
-            .filter_map(|_| {
-                let [at, along, across] = [point(), point() - 0.5, point() - 0.5];
-                ConvexPolygon::triangle(at, at + 0.3 * along, at + 0.3 * across)
-            })
-            .collect();
+        let mut point = points();
+        let polygons = triangles(&mut point, 500, 0.3);
         let corners: Vec<DVec3> = polygons.iter().map(|polygon| polygon.vertices()[0]).collect();
         let blockers = Blockers::opaque(polygons, 3.0_f64.sqrt());
         let (mut blocked, mut free) = (0, 0);
