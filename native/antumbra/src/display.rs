@@ -130,9 +130,11 @@ impl<'a> Display<'a> {
             }?;
             if let Light::Indirect = light {
                 direct.extend(samples_of(mesh));
-                self.fit(Light::Indirect);
+                let fits = rayon::join(|| self.fit_to(Light::Direct), || self.fit_to(Light::Indirect));
+                self.fitted = fits.into();
+            } else {
+                self.fit(Light::Direct);
             }
-            self.fit(Light::Direct);
             look(self, standing.error);
             if pause != Pause::Noted {
                 return Ok(pause == Pause::HeldBack);
@@ -142,14 +144,18 @@ impl<'a> Display<'a> {
 
     /// Fits the linear elements to what is known of the light.
     fn fit(&mut self, light: Light) {
+        self.fitted[light as usize] = self.fit_to(light);
+    }
+
+    fn fit_to(&self, light: Light) -> Vec<DVec3> {
         let layer = match light {
             Light::Direct => &self.direct,
             Light::Indirect => &self.indirect,
         };
-        self.fitted[light as usize] = match &self.mesh {
+        match &self.mesh {
             DisplayMesh::Quartered(mesh) => fitted(mesh, layer),
             DisplayMesh::Tessellated(mesh) => fitted(mesh, layer),
-        };
+        }
     }
 
     /// Irradiance of every displayed triangle: its face, its corners' barycentric coordinates there, W/m².

@@ -11,6 +11,7 @@ use crate::mesh::arrangement::{Line, LineKind};
 use crate::mesh::grid::GridPoint;
 use crate::scene::world::World;
 use crate::shadow::contact::contact_line;
+use crate::threads::AT_A_TIME;
 use crate::visibility::blockers::Blockers;
 
 /// Distance of a polygon from a face's box, relative to the face's size, up to which they are looked at: ten times
@@ -41,7 +42,7 @@ pub(crate) fn contacts(
     least_parted: f64,
 ) -> FxHashMap<FaceId, Vec<Line>> {
     let faces: Vec<FaceId> = FaceId::range(0..world.faces.len()).filter(|&face| which(face)).collect();
-    let lines: Vec<Vec<Line>> = (faces.par_iter())
+    let lines: Vec<Vec<Line>> = (faces.par_iter().with_max_len(AT_A_TIME))
         .map_init(Vec::new, |found, &id| {
             let face = &world.faces[id.index()];
             let corners = world.corners(face);

@@ -11,8 +11,8 @@ use crate::adapt::layer::Layer;
 use crate::adapt::refinable::Refinable;
 use crate::index::SampleId;
 
-/// Share of the correction that may be left: what is corrected is itself only some per cent of the light.
-const RESIDUAL: f64 = 1e-3;
+/// Share of the correction that may be left: what is corrected is itself no more than the error.
+const RESIDUAL: f64 = 1e-2;
 
 /// Iterations, at most. The diagonally scaled mass matrix of linear elements has its eigenvalues between 1/2 and 2
 /// (Wathen 1987): each divides the residual by three.

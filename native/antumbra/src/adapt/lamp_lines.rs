@@ -20,6 +20,7 @@ use crate::lamps::Lamp;
 use crate::mesh::arrangement::LineKind;
 use crate::shadow::boundary::{Plane, clip_to_triangle};
 use crate::shadow::sharp::{Apex, shadow_of_edge};
+use crate::threads::AT_A_TIME;
 use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
 use crate::visibility::Receiver;
@@ -66,7 +67,7 @@ impl LineSearch<'_> {
             FaceId::range(0..self.world.faces.len()).filter(|&face| self.world.receives(face)).collect();
         let bodies: Vec<Body> = lamps.iter().map(|(lamp, _)| lamp.body()).collect();
         let seen = Seen::new(self, &faces, &bodies);
-        let lines: Vec<Vec<ShadowLine>> = (faces.par_iter().enumerate())
+        let lines: Vec<Vec<ShadowLine>> = (faces.par_iter().enumerate().with_max_len(AT_A_TIME))
             .map_init(Workspace::default, |workspace, (number, &face)| {
                 let plate = self.plate(face);
                 let object = self.world.faces[face.index()].object.index() as u32;

@@ -21,6 +21,7 @@ use crate::scene::world::World;
 use crate::shadow::boundary::{Plane, clip_to_triangle, trace};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::wedge::{WedgeCache, WedgeId};
+use crate::threads::AT_A_TIME;
 use crate::transport::clusters::{CLUSTER_SIZE, clusters};
 use crate::transport::gather::rms;
 use crate::visibility::blockers::Blockers;
@@ -226,16 +227,17 @@ impl LineSearch<'_> {
                 scratch: Scratch::new(),
                 found: Vec::new(),
             };
-            let found: Vec<(u32, Vec<ShadowLine>)> = (seen.into_par_iter().with_min_len(16))
-                .map_init(strength, |strength, face| {
-                    let mut lines = Vec::new();
-                    if !(self.ends)() {
-                        self.add_lines(faces[face as usize], &shooter, strength, &mut lines);
-                    }
-                    (face, lines)
-                })
-                .filter(|(_, lines)| !lines.is_empty())
-                .collect();
+            let found: Vec<(u32, Vec<ShadowLine>)> =
+                (seen.into_par_iter().with_min_len(AT_A_TIME).with_max_len(AT_A_TIME))
+                    .map_init(strength, |strength, face| {
+                        let mut lines = Vec::new();
+                        if !(self.ends)() {
+                            self.add_lines(faces[face as usize], &shooter, strength, &mut lines);
+                        }
+                        (face, lines)
+                    })
+                    .filter(|(_, lines)| !lines.is_empty())
+                    .collect();
             self.monitor.check()?;
             for (face, found) in found {
                 lines[face as usize].1.extend(found);

@@ -20,6 +20,7 @@ use crate::index::{ElementId, SampleId};
 use crate::mesh::{Sample, Side};
 use crate::monitor::Progress;
 use crate::scene::world::World;
+use crate::threads::AT_A_TIME;
 use crate::transport::gather::Gather;
 use crate::visibility::Receiver;
 
@@ -227,7 +228,7 @@ impl Refinement<'_> {
         leaves: &[ElementId],
     ) -> Result<(), Error> {
         let mut wanted = Vec::new();
-        let suspect: Vec<bool> = (leaves.par_iter())
+        let suspect: Vec<bool> = (leaves.par_iter().with_max_len(AT_A_TIME))
             .map(|&element| mesh.leaf(element).is_some_and(|leaf| self.is_suspect(mesh, layer, &leaf)))
             .collect();
         for (&element, _) in leaves.iter().zip(suspect).filter(|(_, suspect)| *suspect) {

@@ -18,6 +18,7 @@ use crate::mesh::grid::GRID;
 use crate::mesh::tessellation::{Tessellation, Tile};
 use crate::mesh::{Sample, edge_key, longest_edge, relative_step};
 use crate::scene::world::{Face, World};
+use crate::threads::AT_A_TIME;
 
 /// Ends of lines on an edge that are nearer to each other or to its ends than this, in cells of the grid, become one:
 /// the two faces beside an edge round the same point differently. A ten-millionth of the edge.
@@ -58,7 +59,7 @@ pub(crate) fn tessellate<'a>(
 
     let faces: Vec<FaceId> = FaceId::range(0..world.faces.len()).filter(|&face| which(face)).collect();
     let partitions: Vec<(Partition, bool)> =
-        faces.par_iter().map(|&face| builder.cut(face, lines.get(&face))).collect();
+        (faces.par_iter().with_max_len(AT_A_TIME)).map(|&face| builder.cut(face, lines.get(&face))).collect();
     let mut cutting = Cutting::default();
     for (&face, (partition, arranged)) in faces.iter().zip(&partitions) {
         builder.add(face, partition);

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::index::ElementId;
 use crate::mesh::Mesh;
+use crate::threads::AT_A_TIME;
 use crate::transport::hemisphere::Directions;
 use crate::visibility::ConvexPolygon;
 use crate::visibility::blockers::Blockers;
@@ -48,8 +49,9 @@ pub(crate) fn cut_at_crevices(
         let least = smallest.max(0.5 * largest);
         let (now, later) = open.into_iter().partition::<Vec<_>, _>(|&id| size(mesh, id) > least);
         open = later;
-        let is_cut: Vec<bool> =
-            (now.par_iter()).map(|&id| !ends() && is_half_covered(mesh, blockers, id, &directions)).collect();
+        let is_cut: Vec<bool> = (now.par_iter().with_max_len(AT_A_TIME))
+            .map(|&id| !ends() && is_half_covered(mesh, blockers, id, &directions))
+            .collect();
         let mut cut = Vec::new();
         for (id, is_cut) in now.into_iter().zip(is_cut) {
             if is_cut { &mut cut } else { &mut fitting }.push(id);

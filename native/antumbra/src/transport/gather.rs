@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::mesh::Approach;
 use crate::monitor::Monitor;
+use crate::threads::AT_A_TIME;
 use crate::transport::clusters::{CLUSTER_SIZE, Cluster, Clustered, Seeded, clusters};
 use crate::transport::form_factors::{FormFactors, Found, Narrowed, Workspace};
 use crate::transport::hemisphere::Surroundings;
@@ -164,7 +165,7 @@ impl Gather<'_> {
         }
         let bounds: Vec<Bounds> = clusters.iter().map(Cluster::bounds).collect();
         let unscreened = Unscreened::new(self.form_factors.blockers, &bounds, &tree.bodies());
-        let found: Vec<Vec<Arrived>> = (clusters.par_iter().enumerate())
+        let found: Vec<Vec<Arrived>> = (clusters.par_iter().enumerate().with_max_len(AT_A_TIME))
             .map_init(Workspace::default, |workspace, (number, cluster)| {
                 if (self.ends)() {
                     return vec![Arrived::UNKNOWN; cluster.members.len()];
@@ -232,7 +233,7 @@ impl Gather<'_> {
         receivers: &[Receiver],
         areas: &[f64],
     ) -> Result<Vec<Arrived>, Error> {
-        let arrived = (receivers.par_iter().zip_eq(areas))
+        let arrived = (receivers.par_iter().zip_eq(areas).with_max_len(AT_A_TIME))
             .map(|(receiver, &area)| {
                 if (self.ends)() {
                     return Arrived::UNKNOWN;

@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::lamps::Sky;
+use crate::threads::AT_A_TIME;
 use crate::transport::gather::Arrived;
 use crate::transport::patch_tree::{PatchHit, PatchTree};
 use crate::visibility::packet::PACKET;
@@ -169,8 +170,9 @@ impl<'a> Surroundings<'a> {
     pub(crate) fn aim_at(&mut self, wanted: f64, receivers: &[Receiver], areas: &[f64]) {
         let step = receivers.len().div_ceil(PROBED).max(1);
         let probed: Vec<usize> = (0..receivers.len()).step_by(step).collect();
-        let variances: Vec<f64> =
-            (probed.par_iter()).map(|&index| self.first_look(&receivers[index]).arrived.variance).collect();
+        let variances: Vec<f64> = (probed.par_iter().with_max_len(AT_A_TIME))
+            .map(|&index| self.first_look(&receivers[index]).arrived.variance)
+            .collect();
         let probed = || probed.iter().map(|&index| areas[index]).zip(&variances);
         let area: f64 = probed().map(|(area, _)| area).sum();
         if !(wanted > 0.0 && area > 0.0) {

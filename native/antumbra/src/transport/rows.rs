@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::lamps::Sky;
 use crate::monitor::{Monitor, Progress};
+use crate::threads::AT_A_TIME;
 use crate::transport::hemisphere::{Directions, POWER};
 use crate::transport::patch_tree::{PatchHit, PatchTree};
 use crate::transport::sources::{SourceId, Sources};
@@ -90,7 +91,7 @@ impl Rows {
                 if ends() {
                     return Ok(rows);
                 }
-                let met: Vec<(Vec<u32>, [DVec3; 2])> = (part.par_iter())
+                let met: Vec<(Vec<u32>, [DVec3; 2])> = (part.par_iter().with_max_len(AT_A_TIME))
                     .map(|&side| look(around, side as usize, directions(side as usize)))
                     .collect();
                 for (&side, (met, [from_sky, squared])) in part.iter().zip(met) {

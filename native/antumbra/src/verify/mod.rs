@@ -27,6 +27,7 @@ use crate::error::Error;
 use crate::monitor::Monitor;
 use crate::report::{Iteration, Verification};
 use crate::scene::world::World;
+use crate::threads::AT_A_TIME;
 use crate::verify::lights::Lights;
 use crate::verify::paths::{Paths, Traced};
 use crate::verify::points::Points;
@@ -123,7 +124,7 @@ impl<'a> Verifier<'a> {
         let chosen: Vec<usize> = (0..points).map(|k| (2 * k + 1) * wanted / (2 * points)).collect();
 
         // Two estimates each
-        let estimates = (chosen.par_iter())
+        let estimates = (chosen.par_iter().with_max_len(AT_A_TIME))
             .map(|&index| {
                 monitor.check()?;
                 let receiver = self.points.receiver(index);
