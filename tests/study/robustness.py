@@ -34,6 +34,9 @@ SQUARE = np.array([(-1.0, -1.0, 0.0), (-1.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.0, -
 # A difference below it would have no place on a logarithmic axis; colours are known to 6e-8.
 SMALLEST_SHOWN = 1e-9
 
+NUMBERS_BESIDE = {"o": (0, 6), "s": (0, -13), "^": (0, 14)}
+"""The marks of a plot's series, and where the number of iterations stands, in points from each."""
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -122,7 +125,7 @@ def beside_a_strong_light(reflectance: float, ratio: float | None) -> antumbra_n
 def measure() -> Iterator[Measured]:
     """All curves, a point at a time."""
     for power in range(7):
-        for transport in ("HIERARCHICAL", "RAYS"):
+        for transport in ("HIERARCHICAL", "RAYS", "SHOOTING"):
             yield furnace(1.0 - 10.0**-power, transport)
 
     plain, report = bake(room(placed()))
@@ -164,22 +167,25 @@ def draw(points: list[Measured], path: Path) -> None:
     figure, plots = pyplot.subplots(2, 2, figsize=(10.0, 7.0), layout="constrained")
     for plot, (curve, (x_label, y_label)) in zip(plots.flat, AXES.items(), strict=True):
         series = dict.fromkeys(point.series for point in points if point.curve == curve)
-        for name, mark in zip(series, "os", strict=False):
+        for name, mark in zip(series, NUMBERS_BESIDE, strict=False):
             own = [point for point in points if (point.curve, point.series) == (curve, name)]
             errors = [max(point.error, SMALLEST_SHOWN) for point in own]
             plot.plot([point.x for point in own], errors, marker=mark, label=name)
             if curve == "stiffness":
                 for point, error in zip(own, errors, strict=True):
-                    where = (0, 6) if mark == "o" else (0, -13)
                     plot.annotate(
-                        f"{point.iterations}", (point.x, error), where, textcoords="offset points", ha="center"
+                        f"{point.iterations}",
+                        (point.x, error),
+                        NUMBERS_BESIDE[mark],
+                        textcoords="offset points",
+                        ha="center",
                     )
         plot.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
         plot.axhline(0.01, color="#888888", linewidth=0.8, linestyle="--")
         plot.grid(visible=True, color="#e5e5e5", linewidth=0.6)
         plot.legend(frameon=False)
     figure.suptitle(
-        "Stiff and extreme scenes at a tolerance of 0.01 (dashed); numbers are iterations, 1e-9 stands for what is less"
+        "Stiff and extreme scenes at a tolerance of 0.01 (dashed); numbers are iterations or shots, 1e-9 stands for what is less"
     )
     figure.savefig(path, dpi=90)
     pyplot.close(figure)
