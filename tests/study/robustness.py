@@ -185,7 +185,8 @@ def draw(points: list[Measured], path: Path) -> None:
         plot.grid(visible=True, color="#e5e5e5", linewidth=0.6)
         plot.legend(frameon=False)
     figure.suptitle(
-        "Stiff and extreme scenes at a tolerance of 0.01 (dashed); numbers are iterations or shots, 1e-9 stands for what is less"
+        "Stiff and extreme scenes at a tolerance of 0.01 (dashed); numbers are iterations or shots,"
+        " 1e-9 stands for what is less"
     )
     figure.savefig(path, dpi=90)
     pyplot.close(figure)

@@ -96,6 +96,13 @@ def test_a_new_file_ends_the_bake(baking):
     assert "Cube 1" not in baking.ask("list(bpy.data.objects.keys())")
 
 
+def test_the_garbage_collector_waits_for_the_end_of_the_bake(baking):
+    frozen = "__import__('gc').get_freeze_count()"
+    assert baking.ask(frozen) > 0
+    baking.ask("running.request_cancel()")
+    assert baking.ask(frozen) == 0
+
+
 def test_disabling_the_add_on_ends_the_bake(baking):
     baking.ask("bpy.ops.preferences.addon_disable(module=EXTENSION)")
     assert not baking.ask("running.is_running()")

@@ -9,6 +9,7 @@ undo step, by an operator, once the user is in Object Mode and holds nothing in 
 
 from __future__ import annotations
 
+import gc
 import traceback
 from dataclasses import dataclass, field
 
@@ -161,6 +162,7 @@ def _release(running: _Running) -> _Running:
     """From now on none is running, and nothing of what it was at is in the file."""
     global _running
     _running = None
+    gc.unfreeze()
     _put_off(running)
     redraw_viewports()
     return running
@@ -210,6 +212,8 @@ def _read_slice(running: _Running) -> float | None:
         running.waiting_for = ""
         try:
             running.reading.slice()
+            # A collection would look through all that was read, and keep the window waiting for 60 ms in a large scene.
+            gc.freeze()
         except BakeError as error:
             _refuse(sentence(str(error)))
             return None
