@@ -34,7 +34,7 @@ SQUARE = np.array([(-1.0, -1.0, 0.0), (-1.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.0, -
 # A difference below it would have no place on a logarithmic axis; colours are known to 6e-8.
 SMALLEST_SHOWN = 1e-9
 
-NUMBERS_BESIDE = {"o": (0, 6), "s": (0, -13), "^": (0, 14)}
+NUMBERS_BESIDE = {"o": (0, -15), "s": (0, -27), "^": (0, 7)}
 """The marks of a plot's series, and where the number of iterations stands, in points from each."""
 
 
@@ -170,7 +170,7 @@ def draw(points: list[Measured], path: Path) -> None:
         for name, mark in zip(series, NUMBERS_BESIDE, strict=False):
             own = [point for point in points if (point.curve, point.series) == (curve, name)]
             errors = [max(point.error, SMALLEST_SHOWN) for point in own]
-            plot.plot([point.x for point in own], errors, marker=mark, label=name)
+            (line,) = plot.plot([point.x for point in own], errors, marker=mark, label=name)
             if curve == "stiffness":
                 for point, error in zip(own, errors, strict=True):
                     plot.annotate(
@@ -179,9 +179,11 @@ def draw(points: list[Measured], path: Path) -> None:
                         NUMBERS_BESIDE[mark],
                         textcoords="offset points",
                         ha="center",
+                        color=line.get_color(),
                     )
         plot.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
         plot.axhline(0.01, color="#888888", linewidth=0.8, linestyle="--")
+        plot.set_ylim(bottom=0.3 * SMALLEST_SHOWN)
         plot.grid(visible=True, color="#e5e5e5", linewidth=0.6)
         plot.legend(frameon=False)
     figure.suptitle(
