@@ -11,7 +11,7 @@ use crate::index::VertexId;
 use crate::mesh::Corner;
 use crate::mesh::arrangement::LineKind;
 use crate::report::Report;
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 use crate::scene::{MaterialInput, ObjectInput, SceneInput};
 use crate::settings::{Quantity, Settings};
 
@@ -207,10 +207,9 @@ impl<'a> Welder<'a> {
         *self.numbers.entry(vertex).or_insert_with(|| {
             let corners = source.triangles[source_triangle as usize].map(|v| source.positions[v as usize]);
             // A unit vector picks a corner without rounding.
-            let position = (0..3).find(|&k| barycentric[k] == 1.0).map_or_else(
-                || barycentric.x * corners[0] + barycentric.y * corners[1] + barycentric.z * corners[2],
-                |k| corners[k],
-            );
+            let position = (0..3)
+                .find(|&k| barycentric[k] == 1.0)
+                .map_or_else(|| interpolated(corners, barycentric), |k| corners[k]);
             baked.positions.push(position);
             baked.vertex_source_triangle.push(source_triangle);
             baked.vertex_barycentric.push(barycentric.to_array());

@@ -9,7 +9,7 @@ use crate::adapt::line_search::line;
 use crate::index::FaceId;
 use crate::mesh::arrangement::{Line, LineKind};
 use crate::mesh::grid::GridPoint;
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 use crate::shadow::contact::contact_line;
 use crate::threads::AT_A_TIME;
 use crate::visibility::blockers::Blockers;
@@ -57,10 +57,7 @@ pub(crate) fn contacts(
                     contact_line(corners, face.normal, &blockers.polygons()[blocker as usize])
                 })
                 .filter_map(|contact| Some((line(contact.ends, LineKind::Contact)?.ends, contact.covers)));
-            let at = |point: GridPoint| {
-                let weights = point.barycentric();
-                weights.x * a + weights.y * b + weights.z * c
-            };
+            let at = |point: GridPoint| interpolated(corners, point.barycentric());
             let counts = |outline: &Vec<[GridPoint; 2]>| {
                 let ends = || outline.iter().flatten().map(|&end| at(end));
                 let least = ends().fold(DVec3::INFINITY, DVec3::min);

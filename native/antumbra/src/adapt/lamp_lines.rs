@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
 use crate::mesh::arrangement::LineKind;
+use crate::scene::world::interpolated;
 use crate::shadow::boundary::{Plane, clip_to_triangle};
 use crate::shadow::sharp::{Apex, shadow_of_edge};
 use crate::threads::AT_A_TIME;
@@ -199,7 +200,7 @@ impl LineSearch<'_> {
 
 impl Plate {
     fn at(&self, weights: DVec3) -> DVec3 {
-        weights.x * self.corners[0] + weights.y * self.corners[1] + weights.z * self.corners[2]
+        interpolated(self.corners, weights)
     }
 
     /// The largest jump of light across a line, over the channels, W/m².

@@ -17,7 +17,7 @@ use crate::index::FaceId;
 use crate::mesh::arrangement::{Line, LineKind};
 use crate::mesh::grid::{GRID, GridPoint};
 use crate::monitor::Monitor;
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 use crate::shadow::boundary::{Plane, clip_to_triangle, trace};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::wedge::{WedgeCache, WedgeId};
@@ -82,7 +82,7 @@ pub(super) struct Plate<'a> {
 
 impl Plate<'_> {
     pub(super) fn at(&self, weights: DVec3) -> DVec3 {
-        weights.x * self.corners[0] + weights.y * self.corners[1] + weights.z * self.corners[2]
+        interpolated(self.corners, weights)
     }
 
     pub(super) fn receiver(&self, position: DVec3) -> Receiver {
@@ -427,7 +427,7 @@ impl Walk<'_> {
                 continue;
             }
             let Some(ends) = clip_to_triangle(*ends, positions) else { continue };
-            let ends = ends.map(|w| w.x * weights[0] + w.y * weights[1] + w.z * weights[2]);
+            let ends = ends.map(|end| interpolated(weights, end));
             let id = wedges[*wedge as usize].id;
             pieces.push(Piece { id, blocker, wedge: *wedge, ends });
         }

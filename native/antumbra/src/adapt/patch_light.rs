@@ -9,7 +9,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::index::FaceId;
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 
 /// Mean irradiance of a patch.
 #[derive(Debug, Clone)]
@@ -114,7 +114,7 @@ impl PatchLight {
             if known.area > LARGEST * area || weights.min_element() < 0.0 {
                 continue;
             }
-            let linear = weights.x * light[0] + weights.y * light[1] + weights.z * light[2];
+            let linear = interpolated(light, weights);
             // A patch is flat: where normals lean, it gets something else than is shown.
             let most = known.lean * known.irradiance.abs().max(linear.abs());
             let beyond = ((known.irradiance - linear).abs() - most).max(DVec3::ZERO);

@@ -9,6 +9,7 @@ use crate::adapt::contact_lines::contacts;
 use crate::adapt::refinement::Hidden;
 use crate::mesh::tessellate;
 use crate::monitor::Monitor;
+use crate::scene::world::interpolated;
 use crate::scene::{AreaLightInput, MaterialInput, ObjectInput, SceneInput};
 use crate::transport::form_factors::{FormFactors, Shortcuts};
 use crate::transport::gather::Lit;
@@ -106,11 +107,8 @@ fn lit(input: &SceneInput, size: f64, wanted: f64) -> Vec<CornerLight> {
     let mut found = Vec::new();
     for Shown { face, corners, .. } in display.triangles() {
         let face = &world.faces[face.index()];
-        let [a, b, c] = world.corners(face);
-        let points = corners.each_ref().map(|corner| {
-            let weights = corner.barycentric;
-            shift + weights.x * a + weights.y * b + weights.z * c
-        });
+        let ends = world.corners(face);
+        let points = corners.each_ref().map(|corner| shift + interpolated(ends, corner.barycentric));
         for (corner, point) in corners.iter().zip(points) {
             let sample = corner.samples[0].index();
             let Receiver { position, normal, .. } = samples[sample].receiver(Side::Front);
@@ -296,11 +294,8 @@ fn fitted_elements_are_nearer_to_the_light_than_interpolation() {
     let errors = |irradiance: &[DVec3]| {
         let (mut squared, mut bias, mut area) = (0.0, 0.0, 0.0);
         for Shown { face, corners, .. } in display.triangles() {
-            let [a, b, c] = world.corners(&world.faces[face.index()]);
-            let points = corners.each_ref().map(|k| {
-                let weights = k.barycentric;
-                shift + weights.x * a + weights.y * b + weights.z * c
-            });
+            let ends = world.corners(&world.faces[face.index()]);
+            let points = corners.each_ref().map(|corner| shift + interpolated(ends, corner.barycentric));
             let light = corners.each_ref().map(|k| irradiance[k.samples[0].index()].y);
             let element = 0.5 * (points[1] - points[0]).cross(points[2] - points[0]).length();
             // A rule of degree two on each of sixteen parts
@@ -344,10 +339,8 @@ fn every_sample_behind_a_half_plane_has_the_closed_form() {
         if face.object.index() != 0 {
             continue;
         }
-        let [a, b, c] = world.corners(face);
         for corner in &corners {
-            let weights = corner.barycentric;
-            let point = shift + weights.x * a + weights.y * b + weights.z * c;
+            let point = shift + interpolated(world.corners(face), corner.barycentric);
             // What is right of the plane through the point and the board's edge
             let left = (-3.0 * point.x).clamp(lamp[0].x, lamp[1].x);
             let visible = [DVec2::new(left, lamp[0].y), lamp[1]];

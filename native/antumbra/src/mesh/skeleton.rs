@@ -17,7 +17,7 @@ use crate::mesh::grading::{Grading, graded};
 use crate::mesh::grid::GRID;
 use crate::mesh::tessellation::{Tessellation, Tile};
 use crate::mesh::{Sample, edge_key, longest_edge, relative_step};
-use crate::scene::world::{Face, World};
+use crate::scene::world::{Face, World, interpolated};
 use crate::threads::AT_A_TIME;
 
 /// Ends of lines on an edge that are nearer to each other or to its ends than this, in cells of the grid, become one:
@@ -169,13 +169,12 @@ impl Builder<'_> {
                     return (VertexId::new(face.vertices[index] as usize), at_corners[index]);
                 }
                 let weights = point.barycentric();
-                let position = weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
+                let position = interpolated(corners, weights);
                 if let Some((k, along)) = (0..3).find_map(|k| Some((k, point.edge_position(k)?))) {
                     self.on_edge(&face, at_corners, k, along, position)
                 } else {
                     let normal = face.corner_normals.map_or(face.normal, |normals| {
-                        let sum = weights.x * normals[0] + weights.y * normals[1] + weights.z * normals[2];
-                        sum.try_normalize().unwrap_or(face.normal)
+                        interpolated(normals, weights).try_normalize().unwrap_or(face.normal)
                     });
                     let vertex = VertexId::new(self.mesh.positions.len());
                     self.mesh.positions.push(position);

@@ -20,7 +20,7 @@ use crate::index::{ElementId, FaceId, SampleId, VertexId};
 use crate::mesh::arrangement::LineKind;
 use crate::mesh::grid::{GRID, GridPoint};
 use crate::mesh::{Corner, Sample, edge_key, longest_edge, relative_step};
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 
 /// A triangle of a face.
 #[derive(Debug, Clone)]
@@ -295,8 +295,7 @@ impl<'a> Tessellation<'a> {
             .find(|&k| edge_key(tile.vertices[k], tile.vertices[(k + 1) % 3]) == edge_key(ends[0], ends[1]))
             .expect("a tile is listed at its own edges; this is a bug in antumbra");
         let weights = self.middle_point(tile, k).barycentric();
-        let corners = self.world.corners(&self.world.faces[tile.face.index()]);
-        weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2]
+        interpolated(self.world.corners(&self.world.faces[tile.face.index()]), weights)
     }
 
     /// Whether a tile still has an area once its corners are rounded to single precision.

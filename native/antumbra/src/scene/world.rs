@@ -340,6 +340,13 @@ type Twins = FxHashMap<(u32, Part), u32>;
 /// would split the corners of one smooth fan, larger would melt facets of a 100,000-gon together.
 pub(crate) const SAME_NORMAL: f64 = 1e-10;
 
+/// The value at a point of a triangle that has these values at its corners.
+///
+/// `weights`: the point's barycentric coordinates.
+pub(crate) fn interpolated([a, b, c]: [DVec3; 3], weights: DVec3) -> DVec3 {
+    weights.x * a + weights.y * b + weights.z * c
+}
+
 /// Share of light per channel that a surface stops, of which a part is reflected. Between surfaces only the mean over the
 /// channels is known.
 fn stopped(transmittance_rgb: [f64; 3]) -> [f64; 3] {

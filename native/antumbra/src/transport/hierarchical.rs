@@ -16,7 +16,7 @@ use crate::index::FaceId;
 use crate::mesh::Side;
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 use crate::settings::{Quantity, Settings};
 use crate::transport::enclosure::{ABSORBS_NOTHING, Enclosure, RAYS, escaping, spaces};
 use crate::transport::form_factors::FormFactors;
@@ -327,8 +327,8 @@ impl<'a> Hierarchical<'a> {
     /// Adds the light of the display mesh to the leaves below it; means are sums of integrals, W.
     fn spread(&self, display: &Display, light: Light, received: &mut [Received]) {
         display.for_each_lit(light, |face, places, values| {
-            let [a, b, c] = self.world.corners(&self.world.faces[face.index()]);
-            let positions = places.map(|w| w.x * a + w.y * b + w.z * c);
+            let corners = self.world.corners(&self.world.faces[face.index()]);
+            let positions = places.map(|place| interpolated(corners, place));
             spread_over_leaves(&self.hierarchy, face, positions, values, received);
         });
     }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::display::{Display, Shown};
 use crate::index::FaceId;
-use crate::scene::world::World;
+use crate::scene::world::{World, interpolated};
 use crate::verify::paths::Surface;
 use crate::visibility::rays::{splitmix, unit};
 use crate::weld::BakedMesh;
@@ -113,11 +113,17 @@ impl Point {
     fn new(world: &World, face: FaceId, [u, v]: [f64; 2]) -> Self {
         let root = u.sqrt();
         let barycentric = DVec3::new(1.0 - root, root * (1.0 - v), root * v);
-        let mix = |[a, b, c]: [DVec3; 3]| barycentric.x * a + barycentric.y * b + barycentric.z * c;
         let of = &world.faces[face.index()];
-        let normal = of.corner_normals.map_or(of.normal, |normals| mix(normals).normalize_or(of.normal));
+        let normal = of
+            .corner_normals
+            .map_or(of.normal, |normals| interpolated(normals, barycentric).normalize_or(of.normal));
         let object = of.object.index() as u32;
-        let surface = Surface { position: mix(world.corners(of)), normal, flat_normal: of.normal, object };
+        let surface = Surface {
+            position: interpolated(world.corners(of), barycentric),
+            normal,
+            flat_normal: of.normal,
+            object,
+        };
         Self { face, barycentric, surface }
     }
 }
@@ -162,8 +168,7 @@ impl<'a> Found<'a> {
             let depth = inside.min_element();
             if depth > self.depth[index] && depth > -NEAR {
                 self.depth[index] = depth;
-                let [x, y, z] = light();
-                self.values[index] = inside.x * x + inside.y * y + inside.z * z;
+                self.values[index] = interpolated(light(), inside);
             }
         }
     }
