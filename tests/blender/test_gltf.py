@@ -76,12 +76,26 @@ def test_what_is_ready_for_export_is_valid_by_the_exporter_as_a_user_calls_it(no
     bpy.ops.export_scene.gltf(filepath=str(path), export_extras=True, export_attributes=True, use_renderable=True)
     report = report_of(node, path)
     assert (report["issues"]["numErrors"], report["issues"]["numWarnings"]) == (0, 0), report["issues"]["messages"]
-    content = path.read_bytes()
-    gltf = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+    gltf = gltf_of(path)
     for mesh in gltf["meshes"]:
         (primitive,) = mesh["primitives"]
         assert {"COLOR_0", "_RADIOSITY"} <= set(primitive["attributes"])
     assert "KHR_materials_unlit" in gltf["extensionsUsed"]
+
+
+def test_the_export_window_is_set_to_what_bakes_need_and_keeps_the_rest(glb, tmp_path):
+    bpy.context.scene["glTF2ExportSettings"] = {"export_yup": False, "use_visible": False}
+    bpy.ops.antumbra.make_export_ready()
+    chosen = bpy.context.scene["glTF2ExportSettings"].to_dict()
+    assert not chosen["export_yup"]
+    path = tmp_path / "as set.glb"
+    bpy.ops.export_scene.gltf(filepath=str(path), **chosen)
+    gltf = gltf_of(path)
+    # The hidden originals lie where the bakes lie.
+    assert sorted(node["name"] for node in gltf["nodes"]) == ["Cube Radiosity", "Floor Radiosity"]
+    assert all("antumbra_scale" in node["extras"] for node in gltf["nodes"])
+    for mesh in gltf["meshes"]:
+        assert {"COLOR_0", "_RADIOSITY"} <= set(mesh["primitives"][0]["attributes"])
 
 
 def test_three_js_shows_the_light_that_was_baked(node, glb):
@@ -92,10 +106,13 @@ def test_three_js_shows_the_light_that_was_baked(node, glb):
     assert off.max() <= 1.0
 
 
-def scale_of(path):
+def gltf_of(path):
     content = path.read_bytes()
-    gltf = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
-    (scale,) = {node["extras"]["antumbra_scale"] for node in gltf["nodes"]}
+    return json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+
+
+def scale_of(path):
+    (scale,) = {node["extras"]["antumbra_scale"] for node in gltf_of(path)["nodes"]}
     return scale
 
 

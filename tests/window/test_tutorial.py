@@ -74,7 +74,8 @@ def test_from_the_first_scene_to_an_exported_file(first_scene, tmp_path):
     # 5. Take it elsewhere
     window.ask("bpy.ops.antumbra.make_export_ready()")
     path = tmp_path / "first.glb"
-    window.ask(f"bpy.ops.export_scene.gltf(filepath={str(path)!r}, export_extras=True, use_visible=True)")
+    as_set = "**bpy.context.scene['glTF2ExportSettings'].to_dict()"
+    window.ask(f"bpy.ops.export_scene.gltf(filepath={str(path)!r}, {as_set})")
     data = path.read_bytes()
     (length,) = struct.unpack("<I", data[12:16])
     gltf = json.loads(data[20 : 20 + length])

@@ -27,12 +27,20 @@ from .view import stored_light
 
 MATERIAL = "Antumbra Unlit"
 
+# Where Blender's exporter keeps what its window was last set to, and reads it when it opens.
+EXPORT_WINDOW = "glTF2ExportSettings"
+
+# As it opens by itself it would write the originals as well, which lie where the bakes lie.
+_WHAT_BAKES_NEED = {"use_visible": True, "export_extras": True, "export_attributes": True}
+
 # This share of the corners is clipped at 1. Were it 0, one baked lamp would leave everything else black.
 _CLIPPED_SHARE = 0.002
 
 
 def make_export_ready(scene: bpy.types.Scene, encoding: str = "LINEAR") -> float:
     """Give every bake of the scene what other programs need, and return the radiance that becomes 1.
+
+    Blender's glTF export window is set to write visible objects, with custom properties and attributes.
 
     encoding: LINEAR, as glTF wants it, or SRGB, for programs that show vertex colours as they are.
     """
@@ -44,6 +52,8 @@ def make_export_ready(scene: bpy.types.Scene, encoding: str = "LINEAR") -> float
     for obj in baked:
         obj[SCALE_PROPERTY] = scale
         obj[ENCODING_PROPERTY] = encoding
+    set_so_far = scene.get(EXPORT_WINDOW)
+    scene[EXPORT_WINDOW] = {**(set_so_far.to_dict() if set_so_far else {}), **_WHAT_BAKES_NEED}
     return scale
 
 

@@ -37,6 +37,7 @@ class ANTUMBRA_OT_make_export_ready(bpy.types.Operator):
         return (
             f"Give every bake an unlit material with its light as vertex colours from 0 to 1, {kind}. The number that "
             "all light was divided by is kept as antumbra_scale, and light without limit as the attribute _RADIOSITY. "
+            "The window of File > Export > glTF is set to write these, of visible objects. "
             "Remove Bake or Ctrl Z takes it back"
         )
 
