@@ -205,6 +205,10 @@ fn a_light_with_dents_a_bow_tie_a_star_and_one_that_is_not_flat() {
     let turn = DMat4::from_rotation_x(0.3) * DMat4::from_translation(DVec3::new(1e3, 2e3, -1e3));
     let turned = lamp(DVec3::Z * 2.0, 0.3).map(|p| turn.transform_point3(p).as_vec3().as_dvec3());
     scene.light(&turned, 1.0);
+    // And 4e-13 m wide, as random bytes had it: its corners' rounding tilts its normal by 2e-4
+    let [from, along, beside] =
+        [[-0.75, 1.0, -0.25], [-0.75; 3], [-0.75, -0.75 - 3.7e-13, -0.75 - 3.7e-13]].map(DVec3::from);
+    scene.light(&[from, from + along, from + along + beside, from + beside], 1.0);
     assert_sound(&scene.input, &scene.bake(&adaptive()));
 }
 

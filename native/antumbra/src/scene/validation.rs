@@ -79,8 +79,11 @@ pub(super) fn validate_outline(light: &str, outline: &[DVec3]) -> Result<(), Err
     let offsets = || vertices.iter().map(|&v| v - polygon.centroid());
     let size = offsets().map(DVec3::length).fold(0.0, f64::max);
     let farthest = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
-    let slack = FLAT * size + f64::from(f32::EPSILON) * farthest;
-    let flat = offsets().all(|offset| normal.dot(offset).abs() <= slack);
+    let rounding = f64::from(f32::EPSILON) * farthest;
+    let slack = FLAT * size + rounding;
+    // Of what is no wider than its corners are known, the normal is not known.
+    let narrow = polygon.area() <= rounding * size;
+    let flat = narrow || offsets().all(|offset| normal.dot(offset).abs() <= slack);
     let (mut convex, mut turned) = (true, 0.0);
     for i in 0..vertices.len() {
         let [a, b, c] = [0, 1, 2].map(|k| vertices[(i + k) % vertices.len()]);
