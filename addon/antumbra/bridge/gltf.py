@@ -28,10 +28,10 @@ from .view import stored_light
 MATERIAL = "Antumbra Unlit"
 
 # Where Blender's exporter keeps what its window was last set to, and reads it when it opens.
-EXPORT_WINDOW = "glTF2ExportSettings"
+_EXPORT_WINDOW = "glTF2ExportSettings"
 
-# As it opens by itself it would write the originals as well, which lie where the bakes lie.
-_WHAT_BAKES_NEED = {"use_visible": True, "export_extras": True, "export_attributes": True}
+# The scale and the light without limit.
+_WHAT_BAKES_NEED: dict[str, Any] = {"export_extras": True, "export_attributes": True}
 
 # This share of the corners is clipped at 1. Were it 0, one baked lamp would leave everything else black.
 _CLIPPED_SHARE = 0.002
@@ -52,8 +52,10 @@ def make_export_ready(scene: bpy.types.Scene, encoding: str = "LINEAR") -> float
     for obj in baked:
         obj[SCALE_PROPERTY] = scale
         obj[ENCODING_PROPERTY] = encoding
-    set_so_far = scene.get(EXPORT_WINDOW)
-    scene[EXPORT_WINDOW] = {**(set_so_far.to_dict() if set_so_far else {}), **_WHAT_BAKES_NEED}
+    set_so_far = scene.get(_EXPORT_WINDOW)
+    # By itself it would write the hidden originals as well, which lie where the bakes lie.
+    chosen = {**_WHAT_BAKES_NEED, "use_visible": True}
+    scene[_EXPORT_WINDOW] = {**(set_so_far.to_dict() if set_so_far else {}), **chosen}
     return scale
 
 
@@ -75,10 +77,9 @@ def export_glb(scene: bpy.types.Scene, path: Path) -> None:
                 filepath=str(path),
                 export_format="GLB",
                 use_active_scene=True,
-                export_extras=True,
-                export_attributes=True,
                 export_animations=False,
                 export_apply=False,
+                **_WHAT_BAKES_NEED,
             )
     finally:
         meshes = [copy.data for copy in copies]
