@@ -122,6 +122,39 @@ fn lit_safe(walls: [f64; 3]) -> Scene {
     scene
 }
 
+/// A closed slit of white that glows, one of whose ends lets half of the light through: it gets out after about as many
+/// reflections as the square of the length by the width.
+fn glowing_slit(width: f64) -> Scene {
+    let mut scene = Scene::default();
+    let [filter, white, grey] =
+        [scene.material(1.0, 1.0), scene.material(1.0, 1.0), scene.material(0.5, 0.0)];
+    scene.input.materials[filter as usize].transmittance_rgb = [0.5; 3];
+    let slit = scene.object("slit", Shape::room(DVec3::new(width, 1.0, 1.0)), white);
+    let is_below = |triangle: &[u32; 3]| triangle.iter().all(|&v| slit.positions[v as usize].z == 0.0);
+    for (material, triangle) in slit.triangle_materials.iter_mut().zip(&slit.triangles) {
+        if is_below(triangle) {
+            *material = filter;
+        }
+    }
+    scene.object("below", Shape::cuboid(DVec3::new(0.0, 0.5, -1.0), DVec3::splat(0.5)), grey);
+    scene
+}
+
+/// Light so enclosed that no ray of hundreds finds out: links a little too strong would make any amount of it.
+#[test]
+fn light_that_leaves_a_white_slit_after_millions_of_reflections_is_refused_by_name() {
+    for settings in [by_links(), by_shooting()] {
+        for width in [1e-5, 6e-7] {
+            let Err(Error::EndlessLight { surfaces }) = glowing_slit(width).try_bake(&settings) else {
+                panic!("{width} wide, by {:?}", settings.transport)
+            };
+            assert_eq!(surfaces, "“slit”");
+        }
+        let scene = glowing_slit(0.3);
+        assert_sound(&scene.input, &scene.bake(&settings));
+    }
+}
+
 /// Not even where nobody would see it: shots would go on for ever, and others never come to shoot.
 #[test]
 fn shooting_refuses_light_in_a_white_box_that_is_not_baked() {

@@ -10,6 +10,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::monitor::Monitor;
+
 /// Iterations, at most. A residual falls by 20 or more per iteration in rooms; thirteen serve a reflectance of 0.999999.
 const MOST_ITERATIONS: usize = 200;
 
@@ -33,15 +35,16 @@ struct Direction {
 /// Solves for the radiosity of all surfaces, by a K that is symmetric or nearly so.
 ///
 /// `exchange`: K. `areas`: weights, m²; entries whose area is 0 are ignored. `arriving`: H, W/m². `enough`: the residual,
-/// relative to the right side, at which it ends.
+/// relative to the right side, at which it ends; it ends as it is where it is cancelled.
 pub(crate) fn solve(
     exchange: impl Fn(&[DVec3]) -> Vec<DVec3>,
     areas: &[f64],
     reflectance: &[DVec3],
     arriving: &[DVec3],
     enough: f64,
+    monitor: &Monitor,
 ) -> Solution {
-    solve_keeping(KEPT, exchange, areas, reflectance, arriving, enough)
+    solve_keeping(KEPT, exchange, areas, reflectance, arriving, enough, monitor)
 }
 
 /// The same by any K: the more directions are kept, the less symmetric it may be.
@@ -52,6 +55,7 @@ pub(crate) fn solve_keeping(
     reflectance: &[DVec3],
     arriving: &[DVec3],
     enough: f64,
+    monitor: &Monitor,
 ) -> Solution {
     let roots: Vec<DVec3> = reflectance.par_iter().map(|rho| rho.powf(0.5)).collect();
     let scaled = |values: &[DVec3]| -> Vec<DVec3> {
@@ -82,7 +86,7 @@ pub(crate) fn solve_keeping(
     loop {
         // A channel that is done stands still.
         let open = product(&residual, &residual).cmpgt(enough);
-        if iterations == MOST_ITERATIONS || !open.any() {
+        if iterations == MOST_ITERATIONS || !open.any() || monitor.is_cancelled() {
             break;
         }
         iterations += 1;
@@ -138,7 +142,7 @@ mod tests {
                 (0..40).map(|i| areas[i] * values(i)).sum::<DVec3>() / total
             };
             let exchange = |b: &[DVec3]| vec![mean(&|i| b[i]); 40];
-            let solution = solve(exchange, &areas, &reflectance, &arriving, 1e-11);
+            let solution = solve(exchange, &areas, &reflectance, &arriving, 1e-11, &Monitor::new());
             let reflected = mean(&|i| reflectance[i] * arriving[i]);
             let ambient = reflected / (DVec3::ONE - mean(&|i| reflectance[i]));
             for i in 0..40 {

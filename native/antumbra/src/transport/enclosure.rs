@@ -12,9 +12,6 @@ use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, unit};
 use crate::visibility::{ConvexPolygon, grey};
 
-/// Absorbed share of a closed space's light below which it has no solution: rounding of 1 - rho.
-pub(crate) const ABSORBS_NOTHING: f64 = 1e-12;
-
 /// Rays by which a space counts as closed.
 pub(crate) const RAYS: u64 = 512;
 

@@ -12,11 +12,13 @@ use crate::index::FaceId;
 use crate::mesh::Mesh;
 use crate::monitor::Monitor;
 use crate::scene::world::World;
-use crate::transport::enclosure::ABSORBS_NOTHING;
 use crate::transport::hemisphere::Directions;
 use crate::transport::patch_tree::PatchTree;
 use crate::transport::rows::{Rows, rays_from};
 use crate::transport::sources::{SourceId, Sources};
+
+/// Absorbed share of what arrives that cannot be told from none: rounding of 1 - rho.
+const ABSORBS_NOTHING: f64 = 1e-12;
 
 /// Strata along each side of a patch's hemisphere, 529 rays, about as many as a space is asked for by links: light that
 /// leaves by less goes on for hundreds of reflections.

@@ -14,6 +14,7 @@ use std::ops::{AddAssign, Div, Mul};
 
 use glam::DVec3;
 
+use crate::monitor::Monitor;
 use crate::transport::enclosure::Enclosure;
 use crate::transport::hierarchy::{Hierarchy, Surface};
 use crate::transport::links::Link;
@@ -65,9 +66,12 @@ impl<'a> Exchange<'a> {
         self.factors
     }
 
-    /// Restores the row sums to the shares that are caught.
-    pub(crate) fn restore(&mut self, enclosure: &Enclosure) {
+    /// Restores the row sums to the shares that are caught, unless it is cancelled.
+    pub(crate) fn restore(&mut self, enclosure: &Enclosure, monitor: &Monitor) {
         for _ in 0..MOST_STEPS {
+            if monitor.is_cancelled() {
+                break;
+            }
             let sums = self.row_sums();
             let mut settled = true;
             // Of open spaces: the defect of all that is sent, and what that is.

@@ -12,23 +12,24 @@ use glam::DVec3;
 
 use crate::display::{Display, Light, baked_area};
 use crate::error::Error;
-use crate::index::FaceId;
-use crate::mesh::Side;
+use crate::index::{ElementId, FaceId};
+use crate::mesh::{Mesh, Side};
 use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::{World, interpolated};
 use crate::settings::{Quantity, Settings};
-use crate::transport::enclosure::{ABSORBS_NOTHING, Enclosure, RAYS, escaping, spaces};
+use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
+use crate::transport::endless::Endless;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit};
-use crate::transport::hierarchy::{Hierarchy, Node, NodeId, Surface};
+use crate::transport::hierarchy::{Hierarchy, Node, NodeId, Shape, Surface};
 use crate::transport::links::{Links, NodeLight, Wanted};
 use crate::transport::overlay::{Received, spread_over_leaves};
 use crate::transport::quadrature::quadrature;
 use crate::transport::secondary::{OnFace, Reflector, reflectors};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::source_tree::SourceTree;
-use crate::transport::sources::Emitters;
+use crate::transport::sources::{Emitters, SourceId, Sources};
 use crate::transport::system::System;
 use crate::visibility::{ANY_OBJECT, Receiver};
 
@@ -78,7 +79,7 @@ impl<'a> Hierarchical<'a> {
     /// What emitters bring to a hierarchy over the roots of a mesh, in elements of the size of patches.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
+    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
     pub(crate) fn new(
         world: &'a World,
         settings: &'a Settings,
@@ -89,7 +90,9 @@ impl<'a> Hierarchical<'a> {
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
         let PatchMesh { mesh, patch_size, .. } = patches;
-        let hierarchy = Hierarchy::new(world, mesh, *patch_size, (SMALLEST * patch_size).powi(2));
+        let roots: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).collect();
+        let roots = Sources::new(world, mesh, &roots);
+        let hierarchy = Hierarchy::new(world, mesh, &roots, *patch_size, (SMALLEST * patch_size).powi(2));
         let mut this = Self {
             world,
             settings,
@@ -114,6 +117,7 @@ impl<'a> Hierarchical<'a> {
             this.mean_shown = even.element_sum() / 3.0;
         }
         this.gather_direct(None, ends)?;
+        this.leave_out_endless_light(mesh, &roots)?;
         this.propagate(&this.reflected_direct());
         // What is shown may get none of it directly
         this.mean_of_direct = this.mean_of(&this.irradiance_of_direct());
@@ -124,7 +128,7 @@ impl<'a> Hierarchical<'a> {
     /// A first estimate of all light.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
+    /// [`Error::Cancelled`].
     pub(crate) fn estimate(&mut self, ends: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
         self.exchange(ESTIMATE, None, ends)
     }
@@ -251,10 +255,11 @@ impl<'a> Hierarchical<'a> {
         let enclosure =
             Enclosure::new(&self.hierarchy, &spaces, lit, &self.caught, self.form_factors.blockers);
         let closed = &enclosure.closed;
-        self.refuse_endless_light(&spaces, closed)?;
         let emitted = self.emitted_inside(&spaces, closed);
         let arriving = self.irradiance_of_direct();
-        self.system = System::solved(&self.hierarchy, &self.links.links, &enclosure, arriving, emitted);
+        self.system =
+            System::solved(&self.hierarchy, &self.links.links, &enclosure, arriving, emitted, self.monitor);
+        self.monitor.check()?;
         self.caught = enclosure.caught;
         self.take_over_solution();
         Ok(())
@@ -267,7 +272,7 @@ impl<'a> Hierarchical<'a> {
         let found = (self.hierarchy.nodes.iter().zip(&received))
             .map(|(node, received)| received.least.is_finite().then(|| received.mean / node.area))
             .collect();
-        self.system.correct(&self.hierarchy, &self.links.links, found);
+        self.system.correct(&self.hierarchy, &self.links.links, found, self.monitor);
         self.take_over_solution();
     }
 
@@ -355,29 +360,23 @@ impl<'a> Hierarchical<'a> {
         Some(inside)
     }
 
-    /// Refuses a closed space that absorbs nothing of the light emitted into it.
-    fn refuse_endless_light(&self, spaces: &[u32], closed: &[bool]) -> Result<(), Error> {
-        let nodes = &self.hierarchy.nodes;
-        let mut absorbing = vec![DVec3::ZERO; nodes.len()];
-        let mut arriving = vec![DVec3::ZERO; nodes.len()];
-        let mut area = vec![0.0; nodes.len()];
-        for (index, node) in nodes.iter().enumerate().filter(|(index, _)| closed[*index]) {
-            let Some(surface) = self.hierarchy.surface(node) else { continue };
-            let space = spaces[index] as usize;
-            absorbing[space] += node.area * (surface.stops - surface.reflectance);
-            arriving[space] += node.area * self.direct[index].mean;
-            area[space] += node.area;
+    /// Refuses light that would go on for ever, or leaves it out where it is little.
+    ///
+    /// `roots`: whose sides the surfaces are.
+    fn leave_out_endless_light(&mut self, mesh: &Mesh, roots: &Sources) -> Result<(), Error> {
+        let endless = Endless::new(self.world, mesh, roots, self.monitor)?;
+        let mut direct = vec![DVec3::ZERO; roots.len()];
+        for id in self.hierarchy.leaves() {
+            if let Shape::Flat { surface, .. } = self.hierarchy.node(id).shape {
+                let share = self.hierarchy.node(id).area / roots.area(SourceId::new(surface.index()));
+                direct[surface.index()] += share * self.direct[id.index()].mean;
+            }
         }
-        let endless = |space: usize| {
-            let nothing = absorbing[space].cmple(DVec3::splat(ABSORBS_NOTHING * area[space]));
-            area[space] > 0.0 && (nothing & arriving[space].cmpgt(DVec3::ZERO)).any()
-        };
-        let Some(space) = (0..nodes.len()).find(|&space| endless(space)) else { return Ok(()) };
-        let inside = (nodes.iter().enumerate()).filter(|(i, _)| closed[*i] && spaces[*i] as usize == space);
-        let object = |surface: &Surface| self.world.faces[surface.faces[0].index()].object;
-        let surfaces = inside.filter_map(|(_, node)| self.hierarchy.surface(node));
-        let names = surfaces.map(|surface| self.world.objects[object(surface).index()].name.clone());
-        Err(Error::endless_light(names))
+        endless.refuse(self.world, mesh, roots, |side| direct[side])?;
+        for (side, surface) in self.hierarchy.surfaces.iter_mut().enumerate() {
+            surface.reflectance = endless.without(side, surface.reflectance);
+        }
+        Ok(())
     }
 
     /// Tells all nodes the light of the leaves below them.

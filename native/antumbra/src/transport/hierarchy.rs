@@ -110,12 +110,11 @@ impl Hierarchy {
     /// Clusters both sides of the roots of a mesh, and divides surfaces until none is larger than a square of `size`
     /// metres.
     ///
-    /// `smallest`: area of an element from which on it is not divided any more, m².
-    pub(crate) fn new(world: &World, mesh: &Mesh, size: f64, smallest: f64) -> Self {
-        let roots: Vec<_> = crate::index::ElementId::range(0..mesh.roots.len()).collect();
+    /// `roots`: paired; surface k is the side k of these. `smallest`: area of an element from which on it is not divided any more, m².
+    pub(crate) fn new(world: &World, mesh: &Mesh, roots: &Sources, size: f64, smallest: f64) -> Self {
         let mut surfaces = Vec::new();
         let mut polygons = Vec::new();
-        for patch in Sources::new(world, mesh, &roots).patches {
+        for patch in &roots.patches {
             let faces: SmallVec<[FaceId; 2]> = patch.elements.iter().map(|&e| mesh.element(e).face).collect();
             for side in Side::BOTH {
                 let front = side == Side::Front;

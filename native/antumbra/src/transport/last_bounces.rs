@@ -6,6 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::monitor::Monitor;
 use crate::transport::columns::Column;
 use crate::transport::conjugate_residuals::solve_keeping;
 
@@ -41,6 +42,7 @@ pub(super) fn last_bounces(
     areas: &[f64],
     reflectance: &[DVec3],
     unshot: &[DVec3],
+    monitor: &Monitor,
 ) -> Option<LastBounces> {
     let known = |source: usize| columns[source].is_some();
     let only_known = |values: &[DVec3]| -> Vec<DVec3> {
@@ -54,7 +56,7 @@ pub(super) fn last_bounces(
         .map(|(unshot, rho)| DVec3::select(rho.cmpgt(DVec3::ZERO), unshot / rho, DVec3::ZERO))
         .collect();
     let exchange = |radiosity: &[DVec3]| arrived(columns, radiosity);
-    let solution = solve_keeping(KEPT, exchange, &areas, &reflectance, &arriving, RESIDUAL);
+    let solution = solve_keeping(KEPT, exchange, &areas, &reflectance, &arriving, RESIDUAL, monitor);
     let least = solution.radiosity.iter().map(|b| b.min_element()).fold(0.0, f64::min);
     let most = solution.radiosity.iter().map(|b| b.max_element()).fold(0.0, f64::max);
     if !most.is_finite() || least < -BELOW_NOTHING * most {

@@ -78,6 +78,9 @@ pub(super) const OF_VARIATION: f64 = 0.1;
 /// are near or in part face away are told apart down to their surfaces, which grows with their square.
 const CROWDED: usize = 40_000;
 
+/// Parts that an end is divided into, at most.
+const MOST_PARTS: usize = 4;
+
 /// Pairs that are looked at before what they give way to is.
 const AT_ONCE: usize = 1 << 16;
 
@@ -100,14 +103,9 @@ impl Links {
     ) {
         let Wanted { error: wanted_error, per_link: tolerance, most } = wanted;
         let mut pairs: Vec<[NodeId; 2]> = std::mem::take(&mut self.dark);
-        let mut kept = Vec::with_capacity(self.links.len());
-        for link in std::mem::take(&mut self.links) {
-            match to_divide(&link, hierarchy, light, tolerance) {
-                Some(end) => push_parts(link.ends, end, hierarchy, light, &mut pairs),
-                None => kept.push(link),
-            }
+        for (link, end) in self.take_coarse(hierarchy, light, wanted) {
+            push_parts(link.ends, end, hierarchy, light, &mut pairs);
         }
-        self.links = kept;
         // What faces away must get nothing where it can be afforded: it would take light out of the room.
         let crowded = hierarchy.surfaces.len() > CROWDED;
         // Some at a time, the last ones first, so that few wait.
@@ -134,6 +132,36 @@ impl Links {
                 }
             }
         }
+    }
+
+    /// Takes out the links that err by more than is wanted, each with the end to divide; when their parts would be too many,
+    /// those that err most.
+    fn take_coarse(
+        &mut self,
+        hierarchy: &Hierarchy,
+        light: &NodeLight,
+        wanted: Wanted,
+    ) -> Vec<(Link, usize)> {
+        let links = std::mem::take(&mut self.links);
+        let judged: Vec<Option<(f64, usize)>> = (links.par_iter())
+            .map(|link| {
+                let end = to_divide(link, hierarchy, light, wanted.per_link)?;
+                let [one, other] = errors(link, hierarchy, light);
+                Some((one.hypot(other), end))
+            })
+            .collect();
+        let mut all: Vec<f64> = judged.iter().flatten().map(|(error, _)| *error).collect();
+        let room = wanted.most.saturating_sub(links.len()) / (MOST_PARTS - 1);
+        let fits = all.len() <= room;
+        let least = if fits { 0.0 } else { *all.select_nth_unstable_by(room, |a, b| b.total_cmp(a)).1 };
+        let mut coarse = Vec::with_capacity(all.len().min(room));
+        for (link, judged) in links.into_iter().zip(judged) {
+            match judged.filter(|(error, _)| *error > least) {
+                Some((_, end)) => coarse.push((link, end)),
+                None => self.links.push(link),
+            }
+        }
+        coarse
     }
 }
 

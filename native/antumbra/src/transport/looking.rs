@@ -272,7 +272,7 @@ impl<'a> Looking<'a> {
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
             (sides.clone().into_par_iter()).map(|side| self.rows.reflected(side, radiosity)).collect()
         };
-        let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL);
+        let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL, self.monitor);
         darken_pockets(&mut solution.radiosity, &self.rows, &reflectance, &self.direct, &areas);
         let mut irradiance = arrive(&solution.radiosity);
         irradiance.iter_mut().zip(&self.direct).for_each(|(indirect, direct)| *indirect += *direct);

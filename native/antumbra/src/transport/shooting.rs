@@ -251,7 +251,8 @@ impl<'a> Shooting<'a> {
         let areas: Vec<f64> =
             SourceId::range(0..self.sources.len()).map(|source| self.sources.area(source)).collect();
         let reflectances = self.balance.reflectances(&self.sources);
-        let Some(last) = last_bounces(&self.kept, &areas, &reflectances, &self.balance.unshot) else {
+        let Some(last) = last_bounces(&self.kept, &areas, &reflectances, &self.balance.unshot, self.monitor)
+        else {
             return false;
         };
         self.balance.settle(&last, &reflectances, |source| self.kept[source].is_some(), &self.sources);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::monitor::Monitor;
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::enclosure::Enclosure;
 use crate::transport::exchange::Exchange;
@@ -51,9 +52,10 @@ impl System {
         enclosure: &Enclosure,
         arriving: Vec<DVec3>,
         emitted: Option<DVec3>,
+        monitor: &Monitor,
     ) -> Self {
         let mut exchange = Exchange::new(hierarchy, links);
-        exchange.restore(enclosure);
+        exchange.restore(enclosure, monitor);
         let nodes = &hierarchy.nodes;
         let stops: Vec<DVec3> = (nodes.iter())
             .map(|node| hierarchy.surface(node).map_or(DVec3::ZERO, |surface| surface.stops))
@@ -75,14 +77,15 @@ impl System {
             ..Self::default()
         };
         system.conserve_emitted();
-        system.solve(hierarchy, links);
+        system.solve(hierarchy, links, monitor);
         system
     }
 
-    fn solve(&mut self, hierarchy: &Hierarchy, links: &[Link]) {
+    fn solve(&mut self, hierarchy: &Hierarchy, links: &[Link], monitor: &Monitor) {
         let exchange = Exchange::with_factors(hierarchy, links, self.factors.clone());
         let known: Vec<DVec3> = self.arriving.iter().zip(&self.missed).map(|(a, b)| *a + *b).collect();
-        let solution = solve(|b| exchange.apply(b), &self.areas, &self.reflectance, &known, RESIDUAL);
+        let apply = |b: &[DVec3]| exchange.apply(b);
+        let solution = solve(apply, &self.areas, &self.reflectance, &known, RESIDUAL, monitor);
         self.iterations = solution.iterations;
         self.indirect = exchange.apply(&solution.radiosity);
         self.indirect.iter_mut().zip(&self.missed).for_each(|(indirect, missed)| *indirect += *missed);
@@ -92,14 +95,20 @@ impl System {
     /// sends its light exactly (deferred correction; Stetter 1978). What links blur comes out right to second order.
     ///
     /// `found`: W/m², where it is known. It is scaled to what was sent where it is certain how much of that is caught.
-    pub(crate) fn correct(&mut self, hierarchy: &Hierarchy, links: &[Link], mut found: Vec<Option<DVec3>>) {
+    pub(crate) fn correct(
+        &mut self,
+        hierarchy: &Hierarchy,
+        links: &[Link],
+        mut found: Vec<Option<DVec3>>,
+        monitor: &Monitor,
+    ) {
         let exchange = Exchange::with_factors(hierarchy, links, self.factors.clone());
         let by_links = exchange.apply(&self.radiosity());
         self.conserve(&by_links, &mut found);
         self.missed = (found.iter().zip(&by_links))
             .map(|(found, by_links)| found.map_or(DVec3::ZERO, |found| found - *by_links))
             .collect();
-        self.solve(hierarchy, links);
+        self.solve(hierarchy, links, monitor);
     }
 
     /// Interpolated light holds a little more or less than was sent, which is set right.
