@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::adapt::contact_outlines::outlines;
-use crate::adapt::line_search::line;
+use crate::adapt::plate::line;
 use crate::index::FaceId;
 use crate::mesh::arrangement::{Line, LineKind};
 use crate::mesh::grid::GridPoint;

@@ -13,13 +13,13 @@ use rayon::prelude::*;
 use smallvec::{SmallVec, smallvec};
 
 use crate::adapt::line_choice::{ENDS, ShadowLine};
-use crate::adapt::line_search::{LineSearch, MOST_CANDIDATES, Part, Seen, line};
+use crate::adapt::line_search::{LineSearch, MOST_CANDIDATES, Seen};
+use crate::adapt::plate::{Part, Plate, line};
 use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
 use crate::mesh::arrangement::LineKind;
-use crate::scene::world::interpolated;
-use crate::shadow::boundary::{Plane, clip_to_triangle};
+use crate::shadow::boundary::clip_to_triangle;
 use crate::shadow::sharp::{Apex, shadow_of_edge};
 use crate::threads::AT_A_TIME;
 use crate::transport::form_factors::{FormFactors, Workspace};
@@ -42,14 +42,6 @@ const MOST_CROSSING: usize = 64;
 /// Distance of the probes from a line, relative to the face: far above the rounding of the line and of the grid.
 const BESIDE: f64 = 1e-6;
 
-/// A face under search.
-struct Plate {
-    corners: [DVec3; 3],
-    plane: Plane,
-    reach: f64,
-    shown: DVec3,
-}
-
 impl LineSearch<'_> {
     /// The borders of the shadows of suns, points and spots on every baked face that could be worth drawing.
     ///
@@ -70,7 +62,7 @@ impl LineSearch<'_> {
         let seen = Seen::new(self, &faces, &bodies);
         let lines: Vec<Vec<ShadowLine>> = (faces.par_iter().enumerate().with_max_len(AT_A_TIME))
             .map_init(Workspace::default, |workspace, (number, &face)| {
-                let plate = self.plate(face);
+                let plate = Plate::new(self, face);
                 let object = self.world.faces[face.index()].object.index() as u32;
                 let mut lines = Vec::new();
                 let seen = seen.of(number).iter().map(|&lamp| lamps[lamp as usize]);
@@ -86,15 +78,6 @@ impl LineSearch<'_> {
             .collect();
         self.monitor.check()?;
         Ok(faces.into_iter().zip(lines).filter(|(_, lines)| !lines.is_empty()).collect())
-    }
-
-    fn plate(&self, id: FaceId) -> Plate {
-        let face = &self.world.faces[id.index()];
-        let corners = self.world.corners(face);
-        let point = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let reach = 1.01 * corners.iter().map(|c| c.distance(point)).fold(0.0, f64::max);
-        let plane = Plane { point, normal: face.normal };
-        Plate { corners, plane, reach, shown: self.shown[face.material as usize] }
     }
 
     /// Adds the lines of one lamp on one face.
@@ -199,10 +182,6 @@ impl LineSearch<'_> {
 }
 
 impl Plate {
-    fn at(&self, weights: DVec3) -> DVec3 {
-        interpolated(self.corners, weights)
-    }
-
     /// The largest jump of light across a line, over the channels, W/m².
     fn jump(&self, part: Part, light: &mut impl FnMut(DVec3) -> DVec3) -> f64 {
         PROBES.into_iter().map(|t| self.jump_at(t, part, light)).fold(0.0, f64::max)

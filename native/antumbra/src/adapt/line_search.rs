@@ -12,13 +12,13 @@ use crate::adapt::five_cases::{Case, Seen as SeenAt, case};
 use crate::adapt::line_choice::{ENDS, ShadowLine};
 use crate::adapt::line_sources::LineSource;
 use crate::adapt::line_strength::Strength;
+use crate::adapt::plate::{Part, Plate, TOUCHING, joined, line};
 use crate::error::Error;
 use crate::index::FaceId;
-use crate::mesh::arrangement::{Line, LineKind};
-use crate::mesh::grid::{GRID, GridPoint};
+use crate::mesh::arrangement::LineKind;
 use crate::monitor::Monitor;
 use crate::scene::world::{World, interpolated};
-use crate::shadow::boundary::{Plane, clip_to_triangle, trace};
+use crate::shadow::boundary::{clip_to_triangle, trace};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::wedge::{WedgeCache, WedgeId};
 use crate::threads::AT_A_TIME;
@@ -40,14 +40,6 @@ pub(super) const MOST_CANDIDATES: usize = 512;
 /// Candidates of an element up to which its quarters look for theirs among them; the tree finds fewer of many sooner.
 const FEW_CANDIDATES: usize = 64;
 
-/// Parts of a line that are nearer than this, as a weight, continue each other: rounding of their ends.
-const TOUCHING: f64 = 1e-9;
-
-/// A line that nowhere leaves an edge of its face by more than this, in cells of the grid, is the edge: four times what
-/// counts as touching. Walls that meet in the edge throw such lines, by rounding; the strip between would have light of
-/// its own.
-const ALONG_BORDER: i32 = 268;
-
 /// What is asked of lines.
 pub(crate) struct LineSearch<'a> {
     pub(crate) world: &'a World,
@@ -64,30 +56,6 @@ pub(crate) struct LineSearch<'a> {
     pub(crate) max_blockers: usize,
     /// Squared error that a vertex must remove, W²/m², or nothing for every line.
     pub(crate) price: Option<f64>,
-}
-
-/// Part of a wedge's line on a face: barycentric ends.
-pub(super) type Part = [DVec3; 2];
-
-/// A face under search.
-pub(super) struct Plate<'a> {
-    corners: [DVec3; 3],
-    pub(super) normal: DVec3,
-    pub(super) plane: Plane,
-    /// From its centre to its farthest corner and beyond, metres.
-    pub(super) reach: f64,
-    area: f64,
-    pub(super) shown: &'a DVec3,
-}
-
-impl Plate<'_> {
-    pub(super) fn at(&self, weights: DVec3) -> DVec3 {
-        interpolated(self.corners, weights)
-    }
-
-    pub(super) fn receiver(&self, position: DVec3) -> Receiver {
-        Receiver::new(position, self.normal)
-    }
 }
 
 /// Which faces may see which sources: not those that a single polygon hides it from.
@@ -153,7 +121,7 @@ impl Shooter<'_> {
     /// Whether any part of it is above a face, and one of the points in front of it.
     fn lights(&self, plate: &Plate, mut points: impl Iterator<Item = DVec3>) -> bool {
         let vertices = self.polygon().vertices();
-        vertices.iter().any(|&v| plate.normal.dot(v - plate.plane.point) > 0.0)
+        vertices.iter().any(|&v| plate.plane.normal.dot(v - plate.plane.point) > 0.0)
             && points.any(|point| self.polygon().normal().dot(point - vertices[0]) > 0.0)
     }
 }
@@ -188,7 +156,7 @@ struct Piece {
 
 /// A face and a source, with what was found about them.
 struct Walk<'w> {
-    plate: &'w Plate<'w>,
+    plate: &'w Plate,
     shooter: &'w Shooter<'w>,
     corners: Vec<Corner>,
     traced: FxHashMap<u32, Vec<Traced>>,
@@ -249,19 +217,8 @@ impl LineSearch<'_> {
 
     /// Adds the lines of one source on one face.
     fn add_lines(&self, id: FaceId, shooter: &Shooter, strength: &mut Strength, lines: &mut Vec<ShadowLine>) {
-        let face = &self.world.faces[id.index()];
-        let corners = self.world.corners(face);
-        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let reach = corners.iter().map(|c| c.distance(centre)).fold(0.0, f64::max);
-        let plate = Plate {
-            corners,
-            normal: face.normal,
-            plane: Plane { point: centre, normal: face.normal },
-            reach: 1.01 * reach,
-            area: face.area,
-            shown: &self.shown[face.material as usize],
-        };
-        if !shooter.lights(&plate, corners.into_iter())
+        let plate = Plate::new(self, id);
+        if !shooter.lights(&plate, plate.corners.into_iter())
             || self.is_slight(&plate, shooter, shooter.most(&plate), plate.area)
         {
             return;
@@ -295,7 +252,7 @@ impl LineSearch<'_> {
 
     /// Whether no difference that the source can make on an area matters.
     fn is_slight(&self, plate: &Plate, shooter: &Shooter, form_factor: f64, area: f64) -> bool {
-        let difference = rms(*plate.shown * form_factor * shooter.source.lit.radiosity);
+        let difference = rms(plate.shown * form_factor * shooter.source.lit.radiosity);
         self.price.is_some_and(|price| difference * difference * area < price)
     }
 
@@ -360,7 +317,7 @@ impl LineSearch<'_> {
             return Some(Vec::new());
         }
         let shaft =
-            Shaft::new(&corners, &TRIANGLE_EDGES, shooter.polygon(), Some((corners[0], plate.normal)));
+            Shaft::new(&corners, &TRIANGLE_EDGES, shooter.polygon(), Some((corners[0], plate.plane.normal)));
         if let Some(known) = known {
             let polygons = self.blockers.polygons();
             let may_block = |&&blocker: &&u32| shaft.may_block(&polygons[blocker as usize]);
@@ -432,47 +389,4 @@ impl Walk<'_> {
             pieces.push(Piece { id, blocker, wedge: *wedge, ends });
         }
     }
-}
-
-/// Parts of one line, with those that touch made one.
-fn joined(mut parts: Vec<Part>) -> Vec<Part> {
-    if parts.len() < 2 {
-        return parts;
-    }
-    // Along the weight that changes most
-    let change = parts.iter().fold(DVec3::ZERO, |change, [a, b]| change.max((*b - *a).abs()));
-    let axis = (1..3).fold(0, |most, axis| if change[axis] > change[most] { axis } else { most });
-    for part in &mut parts {
-        if part[0][axis] > part[1][axis] {
-            part.swap(0, 1);
-        }
-    }
-    parts.sort_by(|a, b| a[0][axis].total_cmp(&b[0][axis]));
-    let mut whole: Vec<Part> = Vec::new();
-    for part in parts {
-        match whole.last_mut() {
-            Some(last) if part[0][axis] <= last[1][axis] + TOUCHING => {
-                if part[1][axis] > last[1][axis] {
-                    last[1] = part[1];
-                }
-            }
-            _ => whole.push(part),
-        }
-    }
-    whole
-}
-
-/// A line on the face's grid; none when it is shorter than the grid can hold, or runs along the border.
-pub(super) fn line(part: Part, kind: LineKind) -> Option<Line> {
-    let ends = part.map(|weights| {
-        let on_edge = (0..3).find(|&k| weights[(k + 2) % 3] == 0.0);
-        let cells = |weight: f64| ((weight * f64::from(GRID)).round() as i32).clamp(0, GRID);
-        if let Some(k) = on_edge {
-            return GridPoint::on_edge(k, cells(weights[(k + 1) % 3]));
-        }
-        let u = cells(weights.y);
-        GridPoint { u, v: cells(weights.z).min(GRID - u) }
-    });
-    let along_border = (0..3).any(|k| ends.iter().all(|end| end.depth(k) <= ALONG_BORDER));
-    (ends[0] != ends[1] && !along_border).then_some(Line { ends, kind })
 }

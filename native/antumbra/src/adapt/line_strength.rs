@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-use crate::adapt::line_search::{MOST_CANDIDATES, Part, Plate};
+use crate::adapt::line_search::MOST_CANDIDATES;
+use crate::adapt::plate::{Part, Plate};
 use crate::shadow::silhouette::BlockerEdges;
 use crate::shadow::strength::jump;
 use crate::shadow::wedge::Wedge;
@@ -39,7 +40,7 @@ impl Place {
     fn new(plate: &Plate, wedge: &Wedge, part: Part, lit: &LitPolygon) -> Self {
         let [from, to] = part.map(|weights| plate.at(weights));
         let along = to - from;
-        let height = |point: DVec3| plate.normal.dot(point - plate.plane.point);
+        let height = |point: DVec3| plate.plane.normal.dot(point - plate.plane.point);
         let source_height = 0.5 * (height(wedge.from[0]) + height(wedge.from[1]));
         let blocker_height =
             wedge.through.iter().map(|&p| height(p).max(0.0)).sum::<f64>() / wedge.through.len() as f64;
@@ -48,7 +49,7 @@ impl Place {
         Self {
             from,
             along,
-            across: plate.normal.cross(along).normalize_or_zero(),
+            across: plate.plane.normal.cross(along).normalize_or_zero(),
             length: along.length(),
             width: width.min(plate.reach),
         }
@@ -73,7 +74,7 @@ impl Strength<'_> {
     ) -> f64 {
         let place = Place::new(plate, wedge, part, lit);
         let removes = |form_factor: f64| {
-            let error = rms(*plate.shown * form_factor * lit.radiosity);
+            let error = rms(plate.shown * form_factor * lit.radiosity);
             error * error * place.width * place.length
         };
         let size = place.size();

@@ -13,6 +13,7 @@ pub(crate) mod line_search;
 pub(crate) mod line_sources;
 mod line_strength;
 pub(crate) mod patch_light;
+mod plate;
 pub(crate) mod refinable;
 pub(crate) mod refinement;
 pub(crate) mod scene_lines;
