@@ -118,7 +118,7 @@ impl<'a> Hierarchical<'a> {
         }
         this.gather_direct(None, ends)?;
         this.leave_out_endless_light(mesh, &roots)?;
-        this.propagate(&this.reflected_direct());
+        this.light = NodeLight::of_leaves(&this.hierarchy, &this.reflected_direct(), &this.direct);
         // What is shown may get none of it directly
         this.mean_of_direct = this.mean_of(&this.irradiance_of_direct());
         this.mean_shown = this.mean_shown.max(this.mean_of_direct);
@@ -326,7 +326,7 @@ impl<'a> Hierarchical<'a> {
         if mean != 0.0 {
             self.mean_shown = mean;
         }
-        self.propagate(&self.system.radiosity());
+        self.light = NodeLight::of_leaves(&self.hierarchy, &self.system.radiosity(), &self.direct);
     }
 
     /// Adds the light of the display mesh to the leaves below it; means are sums of integrals, W.
@@ -377,38 +377,6 @@ impl<'a> Hierarchical<'a> {
             surface.reflectance = endless.without(side, surface.reflectance);
         }
         Ok(())
-    }
-
-    /// Tells all nodes the light of the leaves below them.
-    fn propagate(&mut self, radiosity_of_leaves: &[DVec3]) {
-        let nodes = &self.hierarchy.nodes;
-        let mut light = NodeLight {
-            radiosity: radiosity_of_leaves.to_vec(),
-            spread: vec![DVec3::ZERO; nodes.len()],
-            reflectance: vec![DVec3::ZERO; nodes.len()],
-        };
-        for (index, node) in nodes.iter().enumerate().rev() {
-            if let Some(surface) = self.hierarchy.surface(node) {
-                light.reflectance[index] = surface.reflectance;
-            }
-            if node.is_leaf() {
-                let Received { least, most, .. } = self.direct[index];
-                let difference = if least.is_finite() { most - least } else { DVec3::ZERO };
-                light.spread[index] = 0.5 * light.reflectance[index] * difference;
-                continue;
-            }
-            let mean = |values: &[DVec3]| {
-                node.parts.iter().map(|part| nodes[part.index()].area * values[part.index()]).sum::<DVec3>()
-                    / node.area
-            };
-            light.radiosity[index] = mean(&light.radiosity);
-            light.reflectance[index] = mean(&light.reflectance);
-            let here = light.radiosity[index];
-            light.spread[index] = (node.parts.iter())
-                .map(|part| (light.radiosity[part.index()] - here).abs() + light.spread[part.index()])
-                .fold(DVec3::ZERO, DVec3::max);
-        }
-        self.light = light;
     }
 
     fn irradiance_of_direct(&self) -> Vec<DVec3> {

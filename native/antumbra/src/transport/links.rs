@@ -12,6 +12,7 @@ use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
 use crate::transport::hierarchy::{Hierarchy, NodeId};
 use crate::transport::link_estimate::{Estimate, Outcome};
+use crate::transport::overlay::Received;
 
 /// Two nodes that exchange light.
 #[derive(Debug, Clone)]
@@ -37,6 +38,40 @@ pub(crate) struct NodeLight {
 }
 
 impl NodeLight {
+    /// Tells all nodes the light of the leaves below them.
+    ///
+    /// Per node, of leaves: `radiosity`, and `direct`, which tells by how much that differs within one.
+    pub(super) fn of_leaves(hierarchy: &Hierarchy, radiosity: &[DVec3], direct: &[Received]) -> Self {
+        let nodes = &hierarchy.nodes;
+        let mut light = Self {
+            radiosity: radiosity.to_vec(),
+            spread: vec![DVec3::ZERO; nodes.len()],
+            reflectance: vec![DVec3::ZERO; nodes.len()],
+        };
+        for (index, node) in nodes.iter().enumerate().rev() {
+            if let Some(surface) = hierarchy.surface(node) {
+                light.reflectance[index] = surface.reflectance;
+            }
+            if node.is_leaf() {
+                let Received { least, most, .. } = direct[index];
+                let difference = if least.is_finite() { most - least } else { DVec3::ZERO };
+                light.spread[index] = 0.5 * light.reflectance[index] * difference;
+                continue;
+            }
+            let mean = |values: &[DVec3]| {
+                node.parts.iter().map(|part| nodes[part.index()].area * values[part.index()]).sum::<DVec3>()
+                    / node.area
+            };
+            light.radiosity[index] = mean(&light.radiosity);
+            light.reflectance[index] = mean(&light.reflectance);
+            let here = light.radiosity[index];
+            light.spread[index] = (node.parts.iter())
+                .map(|part| (light.radiosity[part.index()] - here).abs() + light.spread[part.index()])
+                .fold(DVec3::ZERO, DVec3::max);
+        }
+        light
+    }
+
     pub(super) fn is_dark(&self, id: NodeId) -> bool {
         self.radiosity[id.index()] == DVec3::ZERO && self.spread[id.index()] == DVec3::ZERO
     }
