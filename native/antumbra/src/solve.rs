@@ -12,8 +12,8 @@ use crate::adapt::suspects::EVEN;
 use crate::course::{Course, SHOOTING};
 use crate::display::{Display, DisplayMesh, Light, baked_area};
 use crate::error::Error;
+use crate::mesh::Cutting;
 use crate::mesh::coarse::Sizes;
-use crate::mesh::{Cutting, Grading};
 use crate::monitor::{Monitor, Progress, Stage};
 use crate::plan::Plan;
 use crate::report::{
@@ -27,6 +27,7 @@ use crate::threads;
 use crate::transport::form_factors::FormFactors;
 use crate::transport::gather::{Gather, Lit, Reflected};
 use crate::transport::mode::Solution;
+use crate::transport::problem::Problem;
 use crate::transport::shooting::Shooting;
 use crate::transport::sources::{Emitters, blockers};
 use crate::visibility::Receiver;
@@ -46,13 +47,6 @@ const SHARE_OF_RAYS: f64 = 0.4;
 /// What a ray or a link costs, in form factors: rays go through the tree four at a time, those that verify one by one. At 1
 /// verification took 11 to 13 % of the bakes of an interior.
 const OF_A_RAY: f64 = 0.6;
-
-/// Longest edge of what is shown before it is refined, in patches that look around: the light and the darkness that no
-/// corner of a larger element knows of would be looked for in a few places only.
-const LONGEST_OF_CROWDS: f64 = 8.0;
-
-/// Edge to which triangles are graded where patches look around, in patches.
-const GRADED_TO: f64 = 0.5;
 
 /// Bakes a scene. The result does not depend on the number of threads.
 ///
@@ -90,11 +84,13 @@ fn bake_here(input: &SceneInput, settings: &Settings, monitor: &Monitor) -> Resu
     let form_factors = FormFactors::new(&blockers, plan.shortcuts());
     monitor.check()?;
     let mut solver = Solver {
-        world: &world,
-        settings,
-        monitor,
-        form_factors: &form_factors,
-        emitters: &emitters,
+        problem: Problem {
+            world: &world,
+            settings,
+            monitor,
+            form_factors: &form_factors,
+            emitters: &emitters,
+        },
         shown: shown(&world, settings.quantity),
         course: Course::new(
             input,
@@ -162,11 +158,7 @@ fn shown(world: &World, quantity: Quantity) -> Vec<DVec3> {
 
 /// One solution on its way.
 struct Solver<'a> {
-    world: &'a World,
-    settings: &'a Settings,
-    monitor: &'a Monitor,
-    form_factors: &'a FormFactors<'a>,
-    emitters: &'a Emitters,
+    problem: Problem<'a>,
     /// Per material: the share of arriving light that is shown, per channel.
     shown: Vec<DVec3>,
     course: Course<'a>,
@@ -185,34 +177,29 @@ impl<'a> Solver<'a> {
     ///
     /// Returns the display, what its indirect light must be scaled by, and the share of light never shot.
     fn solve(&mut self) -> Result<(Display<'a>, DVec3, f64), Error> {
+        let Problem { world, settings, .. } = self.problem;
         let ends = self.course.ends();
 
         // Emitters shoot
-        let mut sizes = Sizes::new(self.world, self.settings);
+        let mut sizes = Sizes::new(world, settings);
         self.course.begin(Stage::Linking);
         let patches = self.patch_mesh(sizes, &ends);
-        self.monitor.check()?;
-        if self.transport_mode == Transport::Rays && self.settings.element_size == 0.0 {
-            sizes.element = sizes.element.min(LONGEST_OF_CROWDS * patches.patch_size);
-            sizes.grading = Some(Grading {
-                longest: sizes.element,
-                least_area: 0.5 * (GRADED_TO * patches.patch_size).powi(2),
-            });
-        }
+        self.problem.monitor.check()?;
+        sizes = self.sizes_beside(sizes, &patches);
         let coarse = self.starts_coarse().then(|| patches.mesh.clone());
         let mut exchange = self.exchange(patches, &ends)?;
         let wanted_error = exchange.wanted_error();
         self.course.begin(Stage::Lines);
         let mesh = self.display_mesh(coarse, sizes, &exchange, &ends)?;
-        let gather = self.gather(Lit::Sources(&self.emitters.tree), wanted_error, &ends);
+        let gather = self.problem.gather_direct(wanted_error, &ends);
         let known = exchange.direct_at(shared_samples(&mesh));
         let mut display = Display::new(mesh, known, &gather, |place| exchange.about(Light::Direct, place))?;
-        self.triangle_limit = self.settings.triangle_limit(display.triangle_count());
+        self.triangle_limit = settings.triangle_limit(display.triangle_count());
         self.course.record(&display, &exchange);
 
         // Refine the mesh for their light
         let mut full = false;
-        if self.settings.method != Method::Uniform {
+        if settings.method != Method::Uniform {
             let mut refinement = self.refinement(
                 gather,
                 SHARE_OF_EMITTERS * wanted_error,
@@ -266,9 +253,9 @@ impl<'a> Solver<'a> {
             let wanted = SHARE_OF_RAYS * wanted_error / brightest;
             surroundings.aim_at(wanted, &display.receivers(), &display.sample_areas());
         }
-        let gather = self.gather(reflected.lit(), wanted_error, &ends);
+        let gather = self.problem.gather(reflected.lit(), wanted_error, &ends);
         let patches = exchange.patch_light();
-        let mean_radiosity = wanted_error / self.settings.tolerance;
+        let mean_radiosity = wanted_error / settings.tolerance;
         let hidden =
             patches.as_ref().map_or(Hidden::Nowhere, |patches| Hidden::Crevices { mean_radiosity, patches });
         let known = exchange.indirect_at(shared_samples(&display.mesh));
@@ -276,7 +263,7 @@ impl<'a> Solver<'a> {
         let else_at = exchange.knows_all().then_some(&about as &(dyn Fn(&Receiver) -> DVec3 + Sync));
         display.light_indirectly(known, &gather, EVEN * wanted_error / brightest, else_at)?;
         self.course.record(&display, &exchange);
-        if self.settings.method != Method::Uniform && !full {
+        if settings.method != Method::Uniform && !full {
             let refinement =
                 self.refinement(gather, SHARE_OF_PATCHES * wanted_error, hidden, [SHOOTING[1], 0.99]);
             let held_back = display.refine(Light::Indirect, &refinement, |display, error| {
@@ -291,7 +278,8 @@ impl<'a> Solver<'a> {
             // The mesh now knows more of the light than the links that it came over
             hierarchical.correct(&display);
             let lit = hierarchical.lit();
-            display.light_again(&self.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends))?;
+            let gather = self.problem.gather(Lit::Sources(&lit), hierarchical.wanted_error(), &ends);
+            display.light_again(&gather)?;
         }
         self.course.record(&display, &exchange);
         self.transport = exchange.summary();
@@ -305,7 +293,9 @@ impl<'a> Solver<'a> {
         if !self.plan.leaves_out_second_bounce(most / exchange.wanted_error()) {
             return false;
         }
-        self.course.estimate.set([self.course.estimate.get()[0], Some(most * most * baked_area(self.world))]);
+        self.course
+            .estimate
+            .set([self.course.estimate.get()[0], Some(most * most * baked_area(self.problem.world))]);
         self.course.record(display, exchange);
         true
     }
@@ -330,18 +320,6 @@ impl<'a> Solver<'a> {
         Ok(())
     }
 
-    fn gather<'g>(
-        &self,
-        sources: Lit<'g>,
-        wanted_error: f64,
-        ends: &'g (dyn Fn() -> bool + Sync),
-    ) -> Gather<'g>
-    where
-        'a: 'g,
-    {
-        Gather { form_factors: self.form_factors, monitor: self.monitor, sources, wanted_error, ends }
-    }
-
     /// `wanted_error`: rms over everything that is baked, W/m².
     fn refinement<'g>(
         &'g self,
@@ -351,11 +329,11 @@ impl<'a> Solver<'a> {
         progress: [f64; 2],
     ) -> Refinement<'g> {
         Refinement {
-            world: self.world,
+            world: self.problem.world,
             gather,
             shown: &self.shown,
             wanted_error,
-            allowed: wanted_error * wanted_error * baked_area(self.world),
+            allowed: wanted_error * wanted_error * baked_area(self.problem.world),
             triangle_budget: self.triangle_limit,
             hidden,
             progress,

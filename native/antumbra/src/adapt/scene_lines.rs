@@ -10,13 +10,10 @@ use crate::display::baked_area;
 use crate::error::Error;
 use crate::index::FaceId;
 use crate::lamps::Lamp;
-use crate::monitor::Monitor;
-use crate::scene::world::World;
-use crate::settings::{Method, Settings};
+use crate::settings::Method;
 use crate::shadow::silhouette::BlockerEdges;
-use crate::transport::form_factors::FormFactors;
 use crate::transport::mode::Solution;
-use crate::transport::sources::Emitters;
+use crate::transport::problem::Problem;
 
 /// Tolerance below which lines of a scene in which patches look around are not looked for: in an interior of 260,000
 /// triangles it took 9 s of processor time at 5 % and 90 s at 1 %, a third of the bake.
@@ -24,11 +21,7 @@ const LINES_OF_CROWDS: f64 = 0.03;
 
 /// What lines are looked for in.
 pub(crate) struct SceneLines<'a> {
-    pub(crate) world: &'a World,
-    pub(crate) settings: &'a Settings,
-    pub(crate) monitor: &'a Monitor,
-    pub(crate) form_factors: &'a FormFactors<'a>,
-    pub(crate) emitters: &'a Emitters,
+    pub(crate) problem: Problem<'a>,
     /// Per material: the share of arriving light that is shown, per channel.
     pub(crate) shown: &'a [DVec3],
     /// Of the wanted error, what the light of emitters and that of patches may be wrong by.
@@ -43,18 +36,18 @@ impl SceneLines<'_> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn find(&self, exchange: &Solution, ends: &(dyn Fn() -> bool + Sync)) -> Result<Lines, Error> {
-        let (world, blockers) = (self.world, self.form_factors.blockers);
+        let (world, blockers) = (self.problem.world, self.problem.form_factors.blockers);
         let [share_of_emitters, share_of_patches] = self.shares;
         // Where no emitter is known to be seen there is no light that a line's would be little of: all that comes through a
         // pinhole lies between lines. Any that removes anything is then worth it.
         let worth_a_vertex = if exchange.is_dark() { f64::MIN_POSITIVE } else { WORTH_A_VERTEX };
-        let worth = (self.settings.method == Method::Adm).then_some(worth_a_vertex);
+        let worth = (self.problem.settings.method == Method::Adm).then_some(worth_a_vertex);
         let mut wanted_error = exchange.wanted_error();
         let tolerance = match exchange {
-            Solution::Looking(_) => self.settings.tolerance.max(LINES_OF_CROWDS),
-            _ => self.settings.tolerance,
+            Solution::Looking(_) => self.problem.settings.tolerance.max(LINES_OF_CROWDS),
+            _ => self.problem.settings.tolerance,
         };
-        wanted_error *= tolerance / self.settings.tolerance;
+        wanted_error *= tolerance / self.problem.settings.tolerance;
         let edges = BlockerEdges::new(blockers.polygons());
         let search = |wanted_error: f64| {
             let allowed = wanted_error.powi(2) * baked_area(world);
@@ -62,11 +55,11 @@ impl SceneLines<'_> {
                 world,
                 blockers,
                 edges: &edges,
-                monitor: self.monitor,
+                monitor: self.problem.monitor,
                 ends,
                 shown: self.shown,
                 allowed,
-                max_blockers: self.settings.max_blockers as usize,
+                max_blockers: self.problem.settings.max_blockers as usize,
                 price: worth.map(|worth| worth * allowed),
             }
         };
@@ -81,11 +74,11 @@ impl SceneLines<'_> {
         if !self.looks_for_shadows {
             return Ok(lines);
         }
-        let panels = self.emitters.tree.lamps.iter().filter_map(Lamp::panel);
-        let lit = self.emitters.polygons.iter().cloned().chain(panels);
+        let panels = self.problem.emitters.tree.lamps.iter().filter_map(Lamp::panel);
+        let lit = self.problem.emitters.polygons.iter().cloned().chain(panels);
         let emitters: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
         lines.add(primary.find(&emitters)?);
-        lines.add(primary.find_of_lamps(&self.emitters.tree.lamps, self.form_factors)?);
+        lines.add(primary.find_of_lamps(&self.problem.emitters.tree.lamps, self.problem.form_factors)?);
 
         // Where no emitter is seen, all the light there is comes from these.
         let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);

@@ -8,11 +8,11 @@ use crate::solve::Solver;
 impl Solver<'_> {
     /// Why it ended.
     pub(super) fn ended_by(&self) -> &'static str {
-        if self.monitor.wants_end() {
+        if self.problem.monitor.wants_end() {
             "stopped"
         } else if self.course.ends()() {
             "time_limit"
-        } else if self.out_of_budget && self.settings.triangle_budget == 0 {
+        } else if self.out_of_budget && self.problem.settings.triangle_budget == 0 {
             "refinement_limit"
         } else if self.out_of_budget {
             "triangle_budget"
@@ -38,7 +38,7 @@ impl Solver<'_> {
                 ));
             }
         }
-        if self.out_of_budget && self.settings.triangle_budget == 0 {
+        if self.out_of_budget && self.problem.settings.triangle_budget == 0 {
             warnings.push(format!(
                 "the mesh was not refined beyond {} triangles: set triangle_budget for a finer one, or a larger tolerance",
                 result.triangles

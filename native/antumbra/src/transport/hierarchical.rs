@@ -14,22 +14,20 @@ use crate::display::{Display, Light, baked_area};
 use crate::error::Error;
 use crate::index::{ElementId, FaceId};
 use crate::mesh::{Mesh, Side};
-use crate::monitor::Monitor;
 use crate::report::TransportSummary;
-use crate::scene::world::{World, interpolated};
-use crate::settings::{Quantity, Settings};
+use crate::scene::world::interpolated;
+use crate::settings::Quantity;
 use crate::transport::enclosure::{Enclosure, RAYS, escaping, spaces};
 use crate::transport::endless::Endless;
-use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::{Gather, Lit};
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId, Shape, Surface};
 use crate::transport::links::{Links, NodeLight, Wanted};
 use crate::transport::overlay::{Received, spread_over_leaves};
+use crate::transport::problem::Problem;
 use crate::transport::quadrature::quadrature;
 use crate::transport::secondary::{OnFace, Reflector, reflectors};
 use crate::transport::shooting::PatchMesh;
 use crate::transport::source_tree::SourceTree;
-use crate::transport::sources::{Emitters, SourceId, Sources};
+use crate::transport::sources::{SourceId, Sources};
 use crate::transport::system::System;
 use crate::visibility::{ANY_OBJECT, Receiver};
 
@@ -54,11 +52,7 @@ const RULE: usize = 2;
 
 /// The state of a solution by links.
 pub(crate) struct Hierarchical<'a> {
-    world: &'a World,
-    settings: &'a Settings,
-    monitor: &'a Monitor,
-    form_factors: &'a FormFactors<'a>,
-    emitters: &'a Emitters,
+    problem: Problem<'a>,
     hierarchy: Hierarchy,
     links: Links,
     light: NodeLight,
@@ -81,24 +75,17 @@ impl<'a> Hierarchical<'a> {
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
     pub(crate) fn new(
-        world: &'a World,
-        settings: &'a Settings,
-        monitor: &'a Monitor,
-        form_factors: &'a FormFactors<'a>,
-        emitters: &'a Emitters,
+        problem: Problem<'a>,
         patches: &PatchMesh,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
+        let Problem { world, emitters, .. } = problem;
         let PatchMesh { mesh, patch_size, .. } = patches;
         let roots: Vec<ElementId> = ElementId::range(0..mesh.roots.len()).collect();
         let roots = Sources::new(world, mesh, &roots);
         let hierarchy = Hierarchy::new(world, mesh, &roots, *patch_size, (SMALLEST * patch_size).powi(2));
         let mut this = Self {
-            world,
-            settings,
-            monitor,
-            form_factors,
-            emitters,
+            problem,
             links: Links::new(&hierarchy),
             hierarchy,
             light: NodeLight::default(),
@@ -170,15 +157,15 @@ impl<'a> Hierarchical<'a> {
         display: Option<&Display>,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
-        let area = baked_area(self.world);
+        let area = baked_area(self.problem.world);
         for round in 0..MOST_ROUNDS {
             let wanted_error = self.wanted_error();
             let tolerance = share * wanted_error * area.sqrt();
             let before = self.links.links.len();
-            let most = self.settings.effort.links;
+            let most = self.problem.settings.effort.links;
             let wanted = Wanted { error: wanted_error, per_link: tolerance, most };
-            self.links.refine(&mut self.hierarchy, &mut self.light, self.form_factors, wanted, ends);
-            self.monitor.check()?;
+            self.links.refine(&mut self.hierarchy, &mut self.light, self.problem.form_factors, wanted, ends);
+            self.problem.monitor.check()?;
             self.gather_direct(display, ends)?;
             let settled = self.links.links.len() as f64 <= SETTLED * before as f64;
             // An estimate is as good with the solution before it.
@@ -221,7 +208,7 @@ impl<'a> Hierarchical<'a> {
                 continue;
             }
             let object = hierarchy.surface(node).map_or(ANY_OBJECT, |surface| {
-                self.world.faces[surface.faces[0].index()].object.index() as u32
+                self.problem.world.faces[surface.faces[0].index()].object.index() as u32
             });
             for (position, share) in quadrature(polygon, RULE) {
                 points.push((id, share));
@@ -229,14 +216,9 @@ impl<'a> Hierarchical<'a> {
             }
         }
         let seeds: Vec<u64> = (0..receivers.len() as u64).collect();
-        let gather = Gather {
-            form_factors: self.form_factors,
-            monitor: self.monitor,
-            sources: Lit::Sources(&self.emitters.tree),
-            // What rays err by at one leaf is averaged over all of them by whoever sees them.
-            wanted_error: self.wanted_error() * (self.hierarchy.leaves().count() as f64).sqrt(),
-            ends,
-        };
+        // What rays err by at one leaf is averaged over all of them by whoever sees them.
+        let wanted_error = self.wanted_error() * (self.hierarchy.leaves().count() as f64).sqrt();
+        let gather = self.problem.gather_direct(wanted_error, ends);
         for ((id, share), arrived) in points.into_iter().zip(gather.at(&receivers, &seeds, &[])?) {
             let received = &mut direct[id.index()];
             received.mean += share * arrived.irradiance;
@@ -253,13 +235,19 @@ impl<'a> Hierarchical<'a> {
             self.direct[index].mean != DVec3::ZERO || self.light.radiosity[index] != DVec3::ZERO
         };
         let enclosure =
-            Enclosure::new(&self.hierarchy, &spaces, lit, &self.caught, self.form_factors.blockers);
+            Enclosure::new(&self.hierarchy, &spaces, lit, &self.caught, self.problem.form_factors.blockers);
         let closed = &enclosure.closed;
         let emitted = self.emitted_inside(&spaces, closed);
         let arriving = self.irradiance_of_direct();
-        self.system =
-            System::solved(&self.hierarchy, &self.links.links, &enclosure, arriving, emitted, self.monitor);
-        self.monitor.check()?;
+        self.system = System::solved(
+            &self.hierarchy,
+            &self.links.links,
+            &enclosure,
+            arriving,
+            emitted,
+            self.problem.monitor,
+        );
+        self.problem.monitor.check()?;
         self.caught = enclosure.caught;
         self.take_over_solution();
         Ok(())
@@ -272,7 +260,7 @@ impl<'a> Hierarchical<'a> {
         let found = (self.hierarchy.nodes.iter().zip(&received))
             .map(|(node, received)| received.least.is_finite().then(|| received.mean / node.area))
             .collect();
-        self.system.correct(&self.hierarchy, &self.links.links, found, self.monitor);
+        self.system.correct(&self.hierarchy, &self.links.links, found, self.problem.monitor);
         self.take_over_solution();
     }
 
@@ -284,10 +272,10 @@ impl<'a> Hierarchical<'a> {
         let squared = |rho: DVec3, h: DVec3| (rho * h).length_squared() / 3.0;
         let mut sent = 0.0;
         display.for_each_lit(Light::Direct, |face, places, values| {
-            let rho = DVec3::from_array(self.world.material(face).reflectance_rgb);
+            let rho = DVec3::from_array(self.problem.world.material(face).reflectance_rgb);
             let [a, b, c] = places;
             // Barycentric coordinates span the triangle's share of its face.
-            let area = self.world.faces[face.index()].area * a.dot(b.cross(c)).abs();
+            let area = self.problem.world.faces[face.index()].area * a.dot(b.cross(c)).abs();
             // A linear function's square, by the middles of the edges
             let middles = [0, 1, 2].map(|k| 0.5 * (values[k] + values[(k + 1) % 3]));
             sent += area / 3.0 * middles.into_iter().map(|h| squared(rho, h)).sum::<f64>();
@@ -301,23 +289,27 @@ impl<'a> Hierarchical<'a> {
         }
         let most = self.hierarchy.nodes.iter().filter_map(|node| self.hierarchy.surface(node));
         let rho = most.map(|surface| surface.reflectance.max_element()).fold(0.0, f64::max);
-        self.brightest_shown() * sent.sqrt() / (1.0 - rho) / baked_area(self.world).sqrt()
+        self.brightest_shown() * sent.sqrt() / (1.0 - rho) / baked_area(self.problem.world).sqrt()
     }
 
     /// The largest share of arriving light that is shown anywhere, of any channel.
     fn brightest_shown(&self) -> f64 {
-        if self.settings.quantity == Quantity::Irradiance {
+        if self.problem.settings.quantity == Quantity::Irradiance {
             return 1.0;
         }
-        let receives = (0..self.world.faces.len()).map(FaceId::new).filter(|&face| self.world.receives(face));
+        let receives = (0..self.problem.world.faces.len())
+            .map(FaceId::new)
+            .filter(|&face| self.problem.world.receives(face));
         receives
-            .map(|face| DVec3::from_array(self.world.shown_material(face).reflectance_rgb).max_element())
+            .map(|face| {
+                DVec3::from_array(self.problem.world.shown_material(face).reflectance_rgb).max_element()
+            })
             .fold(0.0, f64::max)
     }
 
     /// Whether the display mesh knows the emitters' light on a side of a surface.
     fn is_displayed(&self, surface: &Surface) -> bool {
-        surface.side == Side::Front && surface.faces.iter().all(|&face| self.world.receives(face))
+        surface.side == Side::Front && surface.faces.iter().all(|&face| self.problem.world.receives(face))
     }
 
     fn take_over_solution(&mut self) {
@@ -332,7 +324,7 @@ impl<'a> Hierarchical<'a> {
     /// Adds the light of the display mesh to the leaves below it; means are sums of integrals, W.
     fn spread(&self, display: &Display, light: Light, received: &mut [Received]) {
         display.for_each_lit(light, |face, places, values| {
-            let corners = self.world.corners(&self.world.faces[face.index()]);
+            let corners = self.problem.world.corners(&self.problem.world.faces[face.index()]);
             let positions = places.map(|place| interpolated(corners, place));
             spread_over_leaves(&self.hierarchy, face, positions, values, received);
         });
@@ -342,7 +334,7 @@ impl<'a> Hierarchical<'a> {
     fn emitted_inside(&self, spaces: &[u32], closed: &[bool]) -> Option<DVec3> {
         let lit =
             |index: usize| self.direct[index].mean != DVec3::ZERO && self.hierarchy.nodes[index].is_leaf();
-        if !self.emitters.tree.lamps.is_empty() || self.emitters.tree.sky.is_some() {
+        if !self.problem.emitters.tree.lamps.is_empty() || self.problem.emitters.tree.sky.is_some() {
             return None;
         }
         let mut lit_leaves = (0..closed.len()).filter(|&index| lit(index));
@@ -351,9 +343,9 @@ impl<'a> Hierarchical<'a> {
             return None;
         }
         let mut inside = DVec3::ZERO;
-        for (index, lamp) in self.emitters.polygons.iter().enumerate() {
+        for (index, lamp) in self.problem.emitters.polygons.iter().enumerate() {
             // The outside of a room that emits on both sides lights nothing.
-            if escaping(&lamp.polygon, RAYS, self.form_factors.blockers, index as u64) == 0.0 {
+            if escaping(&lamp.polygon, RAYS, self.problem.form_factors.blockers, index as u64) == 0.0 {
                 inside += lamp.radiosity * lamp.polygon.area();
             }
         }
@@ -364,7 +356,7 @@ impl<'a> Hierarchical<'a> {
     ///
     /// `roots`: whose sides the surfaces are.
     fn leave_out_endless_light(&mut self, mesh: &Mesh, roots: &Sources) -> Result<(), Error> {
-        let endless = Endless::new(self.world, mesh, roots, self.monitor)?;
+        let endless = Endless::new(self.problem.world, mesh, roots, self.problem.monitor)?;
         let mut direct = vec![DVec3::ZERO; roots.len()];
         for id in self.hierarchy.leaves() {
             if let Shape::Flat { surface, .. } = self.hierarchy.node(id).shape {
@@ -372,7 +364,7 @@ impl<'a> Hierarchical<'a> {
                 direct[surface.index()] += share * self.direct[id.index()].mean;
             }
         }
-        endless.refuse(self.world, mesh, roots, |side| direct[side])?;
+        endless.refuse(self.problem.world, mesh, roots, |side| direct[side])?;
         for (side, surface) in self.hierarchy.surfaces.iter_mut().enumerate() {
             surface.reflectance = endless.without(side, surface.reflectance);
         }
@@ -395,7 +387,7 @@ impl<'a> Hierarchical<'a> {
 
     /// Mean radiosity that the baked surfaces show, over the channels, W/m².
     fn mean_of(&self, irradiance: &[DVec3]) -> f64 {
-        let white = self.settings.quantity == Quantity::Irradiance;
+        let white = self.problem.settings.quantity == Quantity::Irradiance;
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
         for id in self.hierarchy.leaves() {
             let node = self.hierarchy.node(id);
@@ -411,12 +403,12 @@ impl<'a> Hierarchical<'a> {
 
     /// The error that the user wants, W/m².
     pub(crate) fn wanted_error(&self) -> f64 {
-        self.settings.tolerance * self.mean_shown
+        self.problem.settings.tolerance * self.mean_shown
     }
 
     /// What whole faces reflect of the emitters' light, as far as it is known.
     pub(crate) fn reflectors(&self) -> Vec<Reflector> {
-        let mut received: Vec<OnFace> = vec![([DVec3::ZERO; 2], 0.0); self.world.faces.len()];
+        let mut received: Vec<OnFace> = vec![([DVec3::ZERO; 2], 0.0); self.problem.world.faces.len()];
         for id in self.hierarchy.leaves() {
             let node = self.hierarchy.node(id);
             let Some(surface) = self.hierarchy.surface(node) else { continue };
@@ -428,7 +420,7 @@ impl<'a> Hierarchical<'a> {
                 *known += 0.5 * area;
             }
         }
-        reflectors(self.world, &received)
+        reflectors(self.problem.world, &received)
     }
 
     /// What surfaces reflect, from coarse to fine.

@@ -18,22 +18,21 @@ use crate::display::{Display, Light};
 use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::mesh::coarse::{LEAST_AREA, cut_into_patches, patches_of};
-use crate::monitor::Monitor;
 use crate::report::TransportSummary;
 use crate::scene::world::World;
-use crate::settings::{Effort, Quantity, Settings};
+use crate::settings::{Effort, Quantity};
 use crate::transport::conjugate_residuals::solve;
 use crate::transport::crevices::cut_at_crevices;
 use crate::transport::endless::Endless;
-use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::{Gather, Lit, Reflected};
+use crate::transport::gather::Reflected;
 use crate::transport::hemisphere::Surroundings;
 use crate::transport::patch_tree::PatchTree;
 use crate::transport::patches::received;
 use crate::transport::pockets::darken_pockets;
+use crate::transport::problem::Problem;
 use crate::transport::rows::{Around, Rows, normal};
 use crate::transport::shooting::PatchMesh;
-use crate::transport::sources::{Emitters, Patch, SourceId, Sources};
+use crate::transport::sources::{Patch, SourceId, Sources};
 use crate::visibility::blockers::Blockers;
 use crate::visibility::rays::{point_on, splitmix, spread, unit};
 use crate::visibility::{Receiver, grey};
@@ -64,11 +63,7 @@ const FARTHEST_BELOW: f64 = 1e3;
 
 /// The state of a solution by rays.
 pub(crate) struct Looking<'a> {
-    world: &'a World,
-    settings: &'a Settings,
-    monitor: &'a Monitor,
-    form_factors: &'a FormFactors<'a>,
-    emitters: &'a Emitters,
+    problem: Problem<'a>,
     mesh: Mesh,
     patches: Sources,
     /// Patches that block.
@@ -120,14 +115,11 @@ impl<'a> Looking<'a> {
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::EndlessLight`] where light can neither leave nor be absorbed.
     pub(crate) fn new(
-        world: &'a World,
-        settings: &'a Settings,
-        monitor: &'a Monitor,
-        form_factors: &'a FormFactors<'a>,
-        emitters: &'a Emitters,
+        problem: Problem<'a>,
         patches: PatchMesh,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
+        let Problem { world, settings, monitor, emitters, .. } = problem;
         let PatchMesh { mut mesh, elements, .. } = patches;
         let patches = Sources::new(world, &mesh, &elements);
         mesh.settle();
@@ -137,11 +129,7 @@ impl<'a> Looking<'a> {
         let around = Around { patches: &patches, tree: &tree, sky: emitters.around.as_ref() };
         let rows = Rows::look_around(around, settings.effort.rays, monitor, ends)?;
         let mut this = Self {
-            world,
-            settings,
-            monitor,
-            form_factors,
-            emitters,
+            problem,
             endless: Endless::of_rows(world, &mesh, &patches, &rows),
             mesh,
             rows,
@@ -171,7 +159,7 @@ impl<'a> Looking<'a> {
             return;
         }
         let elements = self.patches.patches.iter().flat_map(|patch| patch.elements.iter().copied());
-        let received = received(&self.mesh, self.world, Some(display), elements);
+        let received = received(&self.mesh, self.problem.world, Some(display), elements);
         for (index, patch) in self.patches.patches.iter().enumerate() {
             let mut power = DVec3::ZERO;
             let mut area = 0.0;
@@ -225,7 +213,7 @@ impl<'a> Looking<'a> {
         let (mut receivers, mut seeds) = (Vec::new(), Vec::new());
         for &side in sides {
             let Patch { polygon, elements, .. } = &self.patches.patches[side / 2];
-            let face = &self.world.faces[self.mesh.element(elements[0]).face.index()];
+            let face = &self.problem.world.faces[self.mesh.element(elements[0]).face.index()];
             let shift = [0, 1].map(|axis| unit(splitmix(2 * side as u64 + axis)));
             for point in points.clone() {
                 let at =
@@ -234,14 +222,9 @@ impl<'a> Looking<'a> {
                 seeds.push(((side as u64) << 32) | u64::from(point));
             }
         }
-        let gather = Gather {
-            form_factors: self.form_factors,
-            monitor: self.monitor,
-            sources: Lit::Sources(&self.emitters.tree),
-            // What rays err by at one patch is averaged over all of them by whoever sees them.
-            wanted_error: self.wanted_error() * (self.patches.len() as f64).sqrt(),
-            ends,
-        };
+        // What rays err by at one patch is averaged over all of them by whoever sees them.
+        let wanted_error = self.wanted_error() * (self.patches.len() as f64).sqrt();
+        let gather = self.problem.gather_direct(wanted_error, ends);
         let arrived = gather.at(&receivers, &seeds, &[])?;
         let mut uneven = Vec::new();
         for (&side, arrived) in sides.iter().zip(arrived.chunks_exact(count)) {
@@ -272,7 +255,7 @@ impl<'a> Looking<'a> {
         let arrive = |radiosity: &[DVec3]| -> Vec<DVec3> {
             (sides.clone().into_par_iter()).map(|side| self.rows.reflected(side, radiosity)).collect()
         };
-        let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL, self.monitor);
+        let mut solution = solve(arrive, &areas, &reflectance, &self.direct, RESIDUAL, self.problem.monitor);
         darken_pockets(&mut solution.radiosity, &self.rows, &reflectance, &self.direct, &areas);
         let mut irradiance = arrive(&solution.radiosity);
         irradiance.iter_mut().zip(&self.direct).for_each(|(indirect, direct)| *indirect += *direct);
@@ -283,7 +266,7 @@ impl<'a> Looking<'a> {
 
     /// Mean radiosity that the baked surfaces show, over the channels, W/m².
     fn mean_of(&self, irradiance: &[DVec3]) -> f64 {
-        let white = self.settings.quantity == Quantity::Irradiance;
+        let white = self.problem.settings.quantity == Quantity::Irradiance;
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
         for (index, patch) in self.patches.patches.iter().enumerate().filter(|(_, patch)| patch.receives) {
             let reflectance = if white { DVec3::ONE } else { patch.shown };
@@ -295,7 +278,7 @@ impl<'a> Looking<'a> {
 
     /// The error that the user wants, W/m².
     pub(crate) fn wanted_error(&self) -> f64 {
-        self.settings.tolerance * self.mean_shown
+        self.problem.settings.tolerance * self.mean_shown
     }
 
     /// Share of all light that has not arrived yet.
@@ -333,7 +316,7 @@ impl<'a> Looking<'a> {
 
     /// What surfaces reflect.
     pub(crate) fn lit(&self) -> Reflected<'_> {
-        let sky = self.emitters.around.as_ref();
+        let sky = self.problem.emitters.around.as_ref();
         Reflected::Around(Surroundings::new(&self.tree, &self.radiosity, sky))
     }
 
@@ -345,7 +328,7 @@ impl<'a> Looking<'a> {
             let at = patch.polygon.centroid();
             Some(PatchIrradiance { face, at, irradiance, variance, area: patch.polygon.area() })
         });
-        PatchLight::new(self.world, &arrived.collect::<Vec<_>>())
+        PatchLight::new(self.problem.world, &arrived.collect::<Vec<_>>())
     }
 
     /// For the report.

@@ -23,6 +23,7 @@ mod overlay;
 mod patch_tree;
 mod patches;
 mod pockets;
+pub(crate) mod problem;
 mod quadrature;
 mod rows;
 pub(crate) mod secondary;

@@ -14,20 +14,18 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::index::ElementId;
 use crate::mesh::{Mesh, Side};
-use crate::monitor::Monitor;
 use crate::report::TransportSummary;
-use crate::scene::world::World;
-use crate::settings::{Quantity, Settings};
+use crate::settings::Quantity;
 use crate::transport::balance::Balance;
 use crate::transport::columns::{Column, Receivers, both_sides};
 use crate::transport::endless::Endless;
-use crate::transport::form_factors::FormFactors;
-use crate::transport::gather::{Gather, Lit, rms};
+use crate::transport::gather::{Gather, rms};
 use crate::transport::last_bounces::last_bounces;
 use crate::transport::patches::direct_means;
+use crate::transport::problem::Problem;
 use crate::transport::secondary::{Reflector, reflectors_of_patches};
 use crate::transport::source_tree::SourceTree;
-use crate::transport::sources::{Emitters, PatchId, SourceId, Sources};
+use crate::transport::sources::{PatchId, SourceId, Sources};
 
 /// Bytes of columns that are kept for shooting again.
 const KEPT_BYTES: usize = 1 << 30;
@@ -69,11 +67,7 @@ pub(crate) struct PatchMesh {
 
 /// The state of a solution by shooting.
 pub(crate) struct Shooting<'a> {
-    world: &'a World,
-    settings: &'a Settings,
-    monitor: &'a Monitor,
-    form_factors: &'a FormFactors<'a>,
-    emitters: &'a Emitters,
+    problem: Problem<'a>,
     mesh: Mesh,
     patch_elements: Vec<ElementId>,
     patch_size: f64,
@@ -106,22 +100,15 @@ impl<'a> Shooting<'a> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn new(
-        world: &'a World,
-        settings: &'a Settings,
-        monitor: &'a Monitor,
-        form_factors: &'a FormFactors<'a>,
-        emitters: &'a Emitters,
+        problem: Problem<'a>,
         patches: PatchMesh,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, Error> {
+        let Problem { world, emitters, .. } = problem;
         let PatchMesh { mesh, elements, patch_size } = patches;
         let sources = Sources::new(world, &mesh, &elements);
         let mut shooting = Self {
-            world,
-            settings,
-            monitor,
-            form_factors,
-            emitters,
+            problem,
             patch_elements: elements,
             patch_size,
             receivers: Receivers::default(),
@@ -139,33 +126,19 @@ impl<'a> Shooting<'a> {
             mesh,
             sources,
         };
-        let gather =
-            Gather { form_factors, monitor, sources: Lit::Sources(&emitters.tree), wanted_error: 0.0, ends };
+        let gather = problem.gather_direct(0.0, ends);
         light(&gather, &shooting.mesh, &mut shooting.direct)?;
         let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
         shooting.start(means)?;
         if emitters.tree.sky.is_some() {
             // How exactly it must be looked at is known only after a first look
             shooting.direct.clear();
-            let gather = shooting.gather_direct(ends);
+            let gather = problem.gather_direct(shooting.wanted_error(), ends);
             light(&gather, &shooting.mesh, &mut shooting.direct)?;
             let means = direct_means(&shooting.mesh, world, None, &shooting.direct, &shooting.patch_elements);
             shooting.start(means)?;
         }
         Ok(shooting)
-    }
-
-    fn gather_direct<'g>(&self, ends: &'g (dyn Fn() -> bool + Sync)) -> Gather<'g>
-    where
-        'a: 'g,
-    {
-        Gather {
-            form_factors: self.form_factors,
-            monitor: self.monitor,
-            sources: Lit::Sources(&self.emitters.tree),
-            wanted_error: self.wanted_error(),
-            ends,
-        }
     }
 
     /// Sets all state to what it is when the emitters have shot and nothing else has.
@@ -187,11 +160,11 @@ impl<'a> Shooting<'a> {
                 *mean += share * direct;
             }
         }
-        let Self { world, mesh, sources, .. } = &*self;
-        let endless = Endless::new(world, mesh, sources, self.monitor)?;
+        let Self { problem: Problem { world, .. }, mesh, sources, .. } = &*self;
+        let endless = Endless::new(world, mesh, sources, self.problem.monitor)?;
         endless.refuse(world, mesh, sources, |side| means[side / 2][side % 2])?;
         self.receivers = Receivers::new(&self.mesh, patch_of);
-        self.balance = Balance::new(&self.sources, self.emitters.power, means, endless);
+        self.balance = Balance::new(&self.sources, self.problem.emitters.power, means, endless);
         self.sweeps = (f64::INFINITY, self.shots);
         self.first_unshot = self.balance.unshot_power(&self.sources);
         self.since_column = 0;
@@ -210,7 +183,7 @@ impl<'a> Shooting<'a> {
         let Some(source) = self.balance.strongest(&self.sources) else { return Ok(None) };
         let remaining = self.remaining();
         let known = self.kept[source.index()].is_some();
-        let negligible = NEGLIGIBLE * self.settings.tolerance;
+        let negligible = NEGLIGIBLE * self.problem.settings.tolerance;
         let share = self.balance.share(source, &self.sources);
         if remaining <= EXHAUSTED
             || self.loses_nothing()
@@ -245,13 +218,14 @@ impl<'a> Shooting<'a> {
     /// Sends all that sources with columns have to send, by all bounces; `false` where that cannot be known.
     fn settle(&mut self) -> bool {
         self.since_column = 0;
-        if self.world.has_negative_light() {
+        if self.problem.world.has_negative_light() {
             return false;
         }
         let areas: Vec<f64> =
             SourceId::range(0..self.sources.len()).map(|source| self.sources.area(source)).collect();
         let reflectances = self.balance.reflectances(&self.sources);
-        let Some(last) = last_bounces(&self.kept, &areas, &reflectances, &self.balance.unshot, self.monitor)
+        let Some(last) =
+            last_bounces(&self.kept, &areas, &reflectances, &self.balance.unshot, self.problem.monitor)
         else {
             return false;
         };
@@ -311,8 +285,8 @@ impl<'a> Shooting<'a> {
 
     /// The error that the user wants, W/m².
     pub(crate) fn wanted_error(&self) -> f64 {
-        let white = self.settings.quantity == Quantity::Irradiance;
-        self.settings.tolerance * self.balance.mean_baked(&self.sources, white)
+        let white = self.problem.settings.quantity == Quantity::Irradiance;
+        self.problem.settings.tolerance * self.balance.mean_baked(&self.sources, white)
     }
 
     /// Whether nothing is known of light on what is baked.
@@ -322,8 +296,8 @@ impl<'a> Shooting<'a> {
 
     /// What whole faces reflect of the emitters' light, as the patches' corners know it.
     pub(crate) fn reflectors(&self) -> Vec<Reflector> {
-        let direct = direct_means(&self.mesh, self.world, None, &self.direct, &self.patch_elements);
-        reflectors_of_patches(self.world, &self.mesh, &self.patch_elements, &direct)
+        let direct = direct_means(&self.mesh, self.problem.world, None, &self.direct, &self.patch_elements);
+        reflectors_of_patches(self.problem.world, &self.mesh, &self.patch_elements, &direct)
     }
 
     /// Direct light at the first samples, front, W/m².
@@ -346,7 +320,9 @@ impl<'a> Shooting<'a> {
 
     /// The share of all light that a source must have to be worth a column.
     fn smallest_share(&self) -> f64 {
-        SMALLEST * self.settings.tolerance * (self.mesh.samples.len() as f64 / MANY_SAMPLES).min(1.0).powi(2)
+        SMALLEST
+            * self.problem.settings.tolerance
+            * (self.mesh.samples.len() as f64 / MANY_SAMPLES).min(1.0).powi(2)
     }
 
     /// Computes a source's form factors.
@@ -354,7 +330,7 @@ impl<'a> Shooting<'a> {
         let wanted = self.wanted_error();
         let radiosity = self.balance.unshot[source.index()];
         let weight = if wanted > 0.0 { rms(radiosity) / wanted } else { 0.0 };
-        let Self { form_factors, monitor, mesh, sources, receivers, .. } = self;
+        let Self { problem: Problem { form_factors, monitor, .. }, mesh, sources, receivers, .. } = self;
         receivers.column(form_factors, monitor, mesh, sources, source, weight)
     }
 }

@@ -22,19 +22,20 @@ impl Shooting<'_> {
         display: &Display,
         ends: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
-        let gather = self.gather_direct(ends);
-        if self.settings.method != Method::Uniform {
+        let gather = self.problem.gather_direct(self.wanted_error(), ends);
+        if self.problem.settings.method != Method::Uniform {
             self.patch_elements = self.fit().cut(
                 &mut self.mesh,
-                self.world,
+                self.problem.world,
                 Some(display),
                 &mut self.direct,
                 &self.patch_elements,
                 |mesh, direct| light(&gather, mesh, direct),
             )?;
-            self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
+            self.sources = Sources::new(self.problem.world, &self.mesh, &self.patch_elements);
         }
-        let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
+        let means =
+            direct_means(&self.mesh, self.problem.world, Some(display), &self.direct, &self.patch_elements);
         self.start(means)?;
         Ok(())
     }
@@ -53,7 +54,7 @@ impl Shooting<'_> {
         let known = |(sent, kept): (&DVec3, &Option<Column>)| *sent == DVec3::ZERO || kept.is_some();
         let affordable = self.mesh.samples.len() as f64 <= MANY_SAMPLES
             && self.sent.iter().zip(&self.kept).all(known)
-            && self.settings.method != Method::Uniform;
+            && self.problem.settings.method != Method::Uniform;
         if !affordable || ends() {
             return Ok(false);
         }
@@ -76,14 +77,15 @@ impl Shooting<'_> {
         let before = self.patch_elements.len();
         let patches = &self.patch_elements;
         self.patch_elements =
-            self.fit().cut(&mut self.mesh, self.world, None, &mut indirect, patches, interpolate)?;
+            self.fit().cut(&mut self.mesh, self.problem.world, None, &mut indirect, patches, interpolate)?;
         if self.patch_elements.len() == before {
             return Ok(false);
         }
-        let gather = self.gather_direct(ends);
+        let gather = self.problem.gather_direct(self.wanted_error(), ends);
         light(&gather, &self.mesh, &mut self.direct)?;
-        self.sources = Sources::new(self.world, &self.mesh, &self.patch_elements);
-        let means = direct_means(&self.mesh, self.world, Some(display), &self.direct, &self.patch_elements);
+        self.sources = Sources::new(self.problem.world, &self.mesh, &self.patch_elements);
+        let means =
+            direct_means(&self.mesh, self.problem.world, Some(display), &self.direct, &self.patch_elements);
         self.start(means)?;
         Ok(true)
     }
@@ -97,7 +99,7 @@ impl Shooting<'_> {
             mean_radiosity: (self.balance.mean_baked(&self.sources, false))
                 .max(self.balance.mean_reflected(&self.sources)),
             patch_size: self.patch_size * many,
-            triangle_limit: self.settings.triangle_limit(self.mesh.triangles),
+            triangle_limit: self.problem.settings.triangle_limit(self.mesh.triangles),
         }
     }
 }
