@@ -8,6 +8,7 @@
 //! **Not modelled.** Inside a round light, all of the hemisphere shines and nothing blocks.
 
 mod cone;
+mod cube_map;
 mod gather;
 mod lines;
 mod round;

@@ -10,6 +10,7 @@
 use glam::DVec3;
 
 use crate::lamps::BEYOND;
+use crate::lamps::cube_map::{Cell, CubeMap, faces};
 use crate::scene::world::World;
 use crate::transport::clusters::Clustered;
 use crate::transport::form_factors::{Candidates, FormFactors, Workspace};
@@ -53,81 +54,11 @@ const ROUNDING: f64 = 1e-14;
 /// Light from all around.
 #[derive(Debug)]
 pub(crate) struct Sky {
-    /// From whole faces to the finest cells.
-    levels: Vec<Level>,
+    map: CubeMap,
     /// Its mean over all directions and the channels, W/m².
     brightness: f64,
     /// How far away it is taken to be, metres.
     reach: f64,
-}
-
-/// Cells of one size: face by face, row by row.
-#[derive(Debug)]
-struct Level {
-    /// pi times the mean radiance, W/m².
-    exitance: Vec<DVec3>,
-    /// The root mean square of what its parts differ from it by, over the channels, W/m².
-    spread: Vec<f64>,
-}
-
-/// A square on a face of the cube.
-#[derive(Debug, Clone, Copy)]
-struct Cell {
-    face: usize,
-    level: u32,
-    /// From -1 on, along the two axes that follow the face's.
-    column: usize,
-    row: usize,
-}
-
-impl Cell {
-    fn per_side(self) -> usize {
-        1 << self.level
-    }
-
-    /// The direction of a point of it, 0 to 1 along both axes: one where the cube's half side is one.
-    fn direction(self, across: f64, along: f64) -> DVec3 {
-        let size = 2.0 / self.per_side() as f64;
-        let axis = self.face / 2;
-        let mut direction = DVec3::ZERO;
-        direction[axis] = [1.0, -1.0][self.face % 2];
-        direction[(axis + 1) % 3] = (self.column as f64 + across) * size - 1.0;
-        direction[(axis + 2) % 3] = (self.row as f64 + along) * size - 1.0;
-        direction
-    }
-
-    /// Counter-clockwise seen from the middle of the cube.
-    fn corners(self) -> [DVec3; 4] {
-        let mut corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| self.direction(u, v));
-        if self.face.is_multiple_of(2) {
-            corners.reverse();
-        }
-        corners
-    }
-
-    /// No form factor of it is larger, about: its solid angle over pi, taken from its middle.
-    fn most(self) -> f64 {
-        let size = 2.0 / self.per_side() as f64;
-        let distance = self.direction(0.5, 0.5).length();
-        (size * size / (std::f64::consts::PI * distance.powi(3))).min(1.0)
-    }
-
-    fn parts(self) -> [Self; 4] {
-        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(column, row)| Self {
-            level: self.level + 1,
-            column: 2 * self.column + column,
-            row: 2 * self.row + row,
-            ..self
-        })
-    }
-
-    /// A number of its own, for rays.
-    fn seed(self) -> u64 {
-        ((self.face as u64) << 56)
-            | (u64::from(self.level) << 48)
-            | ((self.column as u64) << 24)
-            | self.row as u64
-    }
 }
 
 /// What may stand before a cell: some of a list, or unknown.
@@ -142,43 +73,14 @@ impl Sky {
             return None;
         }
         let exitance: Vec<DVec3> = input.exitance_rgb.iter().map(|&rgb| DVec3::from_array(rgb)).collect();
-        let finest = Level { spread: vec![0.0; exitance.len()], exitance };
-        let mut levels = vec![finest];
-        let mut level = input.cells_per_side.trailing_zeros();
-        while level > 0 {
-            level -= 1;
-            let coarser = Level::of_parts(levels.last().expect("one is there"), level);
-            levels.push(coarser);
-        }
-        levels.reverse();
-        let mut sky = Self { levels, brightness: 0.0, reach: BEYOND * world.diagonal };
-        sky.brightness = rms(sky.mean());
-        Some(sky)
-    }
-
-    /// What a cell sends, and how much that differs within it. Cells finer than those known are as these.
-    fn sends(&self, cell: Cell) -> (DVec3, f64) {
-        let depth = (self.levels.len() - 1).min(cell.level as usize);
-        let finer = cell.level as usize - depth;
-        let per_side = 1 << depth;
-        let index = (cell.face * per_side + (cell.row >> finer)) * per_side + (cell.column >> finer);
-        let Level { exitance, spread } = &self.levels[depth];
-        (exitance[index], spread[index])
+        let map = CubeMap::new(input.cells_per_side, exitance);
+        let brightness = rms(map.mean());
+        Some(Self { map, brightness, reach: BEYOND * world.diagonal })
     }
 
     /// What it sends from a direction, W/m²: pi times its radiance there.
     pub(crate) fn towards(&self, direction: DVec3) -> DVec3 {
-        let size = direction.abs();
-        let axis = (1..3).fold(0, |largest, axis| if size[axis] > size[largest] { axis } else { largest });
-        let away = size[axis];
-        let level = self.levels.len() as u32 - 1;
-        let per_side = 1_usize << level;
-        let place = |axis: usize| {
-            let across = 0.5 * (direction[axis % 3] / away + 1.0);
-            ((across * per_side as f64) as usize).min(per_side - 1)
-        };
-        let face = 2 * axis + usize::from(direction[axis] < 0.0);
-        self.sends(Cell { face, level, column: place(axis + 1), row: place(axis + 2) }).0
+        self.map.towards(direction)
     }
 
     /// The polygon of a cell around a place.
@@ -187,15 +89,9 @@ impl Sky {
         ConvexPolygon::new(&corners).expect("a square has an area; this is a bug in antumbra")
     }
 
-    /// The mean of what it sends and takes away, W/m².
-    fn mean(&self) -> DVec3 {
-        let finest = &self.levels[self.levels.len() - 1].exitance;
-        finest.iter().map(|exitance| exitance.abs()).sum::<DVec3>() / finest.len() as f64
-    }
-
     /// Power that it sends into a scene of this surface area, about, W: as if each surface saw half of it.
     pub(crate) fn power(&self, surface_area: f64) -> DVec3 {
-        0.5 * surface_area * self.mean()
+        0.5 * surface_area * self.map.mean()
     }
 
     /// What it brings to any of some receivers if nothing blocks, about and at most, per channel, W/m².
@@ -203,7 +99,7 @@ impl Sky {
         receivers.iter().fold(DVec3::ZERO, |most, receiver| {
             let of_face = |cell: Cell| {
                 let polygon = self.polygon(cell).moved(receiver.position);
-                unoccluded_form_factor(receiver, &polygon) * self.sends(cell).0.abs()
+                unoccluded_form_factor(receiver, &polygon) * self.map.sends(cell).0.abs()
             };
             most.max(faces().map(of_face).sum())
         })
@@ -230,7 +126,7 @@ impl Sky {
         while let Some((cell, before)) = open.pop() {
             let corners = cell.corners();
             let above = |k: usize| corners.iter().any(|&d| at.receiver(k).normal.dot(d) > 0.0);
-            let (exitance, spread) = self.sends(cell);
+            let (exitance, spread) = self.map.sends(cell);
             if (exitance == DVec3::ZERO && spread == 0.0) || !(0..at.cluster.members.len()).any(above) {
                 continue;
             }
@@ -314,74 +210,14 @@ fn narrow(
     found
 }
 
-/// The whole faces of the cube.
-fn faces() -> impl Iterator<Item = Cell> {
-    (0..6).map(|face| Cell { face, level: 0, column: 0, row: 0 })
-}
-
-impl Level {
-    /// The cells that are twice as large as those of a level, at the level above it.
-    fn of_parts(finer: &Self, level: u32) -> Self {
-        let per_side = 1 << level;
-        let mut this = Self { exitance: Vec::new(), spread: Vec::new() };
-        for face in 0..6 {
-            for row in 0..per_side {
-                for column in 0..per_side {
-                    let parts = Cell { face, level, column, row }.parts();
-                    let index = |part: &Cell| (face * 2 * per_side + part.row) * 2 * per_side + part.column;
-                    // By solid angle
-                    let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-                    for part in &parts {
-                        let weight = part.direction(0.5, 0.5).length().powi(-3);
-                        sum += weight * finer.exitance[index(part)];
-                        weights += weight;
-                    }
-                    let mean = sum / weights;
-                    let squared = |part: &Cell| {
-                        let deviation = (finer.exitance[index(part)] - mean).abs().max_element();
-                        let weight = part.direction(0.5, 0.5).length().powi(-3);
-                        weight * (deviation * deviation + finer.spread[index(part)].powi(2))
-                    };
-                    let spread = (parts.iter().map(squared).sum::<f64>() / weights).sqrt();
-                    this.exitance.push(mean);
-                    this.spread.push(spread);
-                }
-            }
-        }
-        this
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SkyInput;
-
-    fn sky(cells_per_side: usize, sends: impl Fn(DVec3) -> f64) -> Sky {
-        let level = cells_per_side.trailing_zeros();
-        let mut exitance_rgb = Vec::new();
-        for face in 0..6 {
-            for row in 0..cells_per_side {
-                for column in 0..cells_per_side {
-                    let cell = Cell { face, level, column, row };
-                    exitance_rgb.push([sends(cell.direction(0.5, 0.5).normalize()); 3]);
-                }
-            }
-        }
-        let input = SkyInput { name: "sky".into(), cells_per_side, exitance_rgb };
-        let world = World::new(&crate::scene::SceneInput {
-            materials: Vec::new(),
-            sky: Some(input),
-            ..Default::default()
-        });
-        let mut sky = Sky::of_world(&world.expect("it is valid")).expect("it sends");
-        sky.reach = 1.0;
-        sky
-    }
 
     #[test]
     fn cells_tile_the_sphere_and_face_its_middle() {
-        let sky = sky(1, |_| 1.0);
+        let map = CubeMap::new(1, vec![DVec3::ONE; 6]);
+        let sky = Sky { map, brightness: 1.0, reach: 1.0 };
         let mut cells: Vec<Cell> = faces().collect();
         for _ in 0..4 {
             for normal in [DVec3::Z, DVec3::new(0.3, -0.5, 0.7).normalize(), DVec3::NEG_X] {
@@ -398,37 +234,5 @@ mod tests {
             }
             cells = cells.into_iter().flat_map(Cell::parts).collect();
         }
-    }
-
-    #[test]
-    fn a_direction_sees_the_cell_that_it_points_to() {
-        let sends = |direction: DVec3| 2.0 + direction.x + 0.3 * direction.y - 0.5 * direction.z;
-        let sky = sky(4, sends);
-        for face in faces() {
-            for cell in face.parts().into_iter().flat_map(Cell::parts) {
-                assert_eq!(sky.towards(cell.direction(0.4, 0.7)), sky.sends(cell).0);
-            }
-        }
-    }
-
-    #[test]
-    fn means_and_spreads_of_cells_hold_their_parts() {
-        let sky = sky(8, |d| if d.z > 0.9 && d.x > 0.2 { 100.0 } else { 1.0 + d.z });
-        // A whole face's spread is the deviation of its finest cells from its mean.
-        let finest = &sky.levels[3].exitance;
-        for face in 0..6 {
-            let (mean, spread) = sky.sends(Cell { face, level: 0, column: 0, row: 0 });
-            let (mut squared, mut weights) = (0.0, 0.0);
-            for (index, exitance) in finest.iter().enumerate().skip(64 * face).take(64) {
-                let cell = Cell { face, level: 3, column: index % 8, row: index / 8 % 8 };
-                let weight = cell.direction(0.5, 0.5).length().powi(-3);
-                squared += weight * (exitance.x - mean.x).powi(2);
-                weights += weight;
-            }
-            // Weights of coarser cells are not quite the sums of those of their parts.
-            assert!((spread / f64::sqrt(squared / weights) - 1.0).abs() < 0.05, "{spread}");
-        }
-        let whole: f64 = sky.levels[0].exitance.iter().map(|e| e.x).sum::<f64>() / 6.0;
-        assert!((1.0..20.0).contains(&whole));
     }
 }
