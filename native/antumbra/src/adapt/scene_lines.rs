@@ -36,18 +36,19 @@ impl SceneLines<'_> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub(crate) fn find(&self, exchange: &Solution, ends: &(dyn Fn() -> bool + Sync)) -> Result<Lines, Error> {
-        let (world, blockers) = (self.problem.world, self.problem.form_factors.blockers);
+        let Problem { world, settings, monitor, form_factors, emitters } = self.problem;
+        let blockers = form_factors.blockers;
         let [share_of_emitters, share_of_patches] = self.shares;
         // Where no emitter is known to be seen there is no light that a line's would be little of: all that comes through a
         // pinhole lies between lines. Any that removes anything is then worth it.
         let worth_a_vertex = if exchange.is_dark() { f64::MIN_POSITIVE } else { WORTH_A_VERTEX };
-        let worth = (self.problem.settings.method == Method::Adm).then_some(worth_a_vertex);
+        let worth = (settings.method == Method::Adm).then_some(worth_a_vertex);
         let mut wanted_error = exchange.wanted_error();
         let tolerance = match exchange {
-            Solution::Looking(_) => self.problem.settings.tolerance.max(LINES_OF_CROWDS),
-            _ => self.problem.settings.tolerance,
+            Solution::Looking(_) => settings.tolerance.max(LINES_OF_CROWDS),
+            _ => settings.tolerance,
         };
-        wanted_error *= tolerance / self.problem.settings.tolerance;
+        wanted_error *= tolerance / settings.tolerance;
         let edges = BlockerEdges::new(blockers.polygons());
         let search = |wanted_error: f64| {
             let allowed = wanted_error.powi(2) * baked_area(world);
@@ -55,11 +56,11 @@ impl SceneLines<'_> {
                 world,
                 blockers,
                 edges: &edges,
-                monitor: self.problem.monitor,
+                monitor,
                 ends,
                 shown: self.shown,
                 allowed,
-                max_blockers: self.problem.settings.max_blockers as usize,
+                max_blockers: settings.max_blockers as usize,
                 price: worth.map(|worth| worth * allowed),
             }
         };
@@ -74,11 +75,11 @@ impl SceneLines<'_> {
         if !self.looks_for_shadows {
             return Ok(lines);
         }
-        let panels = self.problem.emitters.tree.lamps.iter().filter_map(Lamp::panel);
-        let lit = self.problem.emitters.polygons.iter().cloned().chain(panels);
-        let emitters: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
-        lines.add(primary.find(&emitters)?);
-        lines.add(primary.find_of_lamps(&self.problem.emitters.tree.lamps, self.problem.form_factors)?);
+        let panels = emitters.tree.lamps.iter().filter_map(Lamp::panel);
+        let lit = emitters.polygons.iter().cloned().chain(panels);
+        let sources: Vec<LineSource> = lit.map(|lit| LineSource::emitter(&lit)).collect();
+        lines.add(primary.find(&sources)?);
+        lines.add(primary.find_of_lamps(&emitters.tree.lamps, form_factors)?);
 
         // Where no emitter is seen, all the light there is comes from these.
         let brightest = self.shown.iter().copied().fold(DVec3::ZERO, DVec3::max);

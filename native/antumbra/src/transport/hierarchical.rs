@@ -8,11 +8,13 @@
 //! **Guaranteed.** Where no light escapes, none is lost: what is absorbed equals what is emitted to rounding. A closed
 //! space that reflects everything and is lit has no solution and is refused by name.
 
+mod second_bounce;
+
 use glam::DVec3;
 
 use crate::display::{Display, Light, baked_area};
 use crate::error::Error;
-use crate::index::{ElementId, FaceId};
+use crate::index::ElementId;
 use crate::mesh::{Mesh, Side};
 use crate::report::TransportSummary;
 use crate::scene::world::interpolated;
@@ -236,8 +238,7 @@ impl<'a> Hierarchical<'a> {
         };
         let enclosure =
             Enclosure::new(&self.hierarchy, &spaces, lit, &self.caught, self.problem.form_factors.blockers);
-        let closed = &enclosure.closed;
-        let emitted = self.emitted_inside(&spaces, closed);
+        let emitted = self.emitted_inside(&spaces, &enclosure.closed);
         let arriving = self.irradiance_of_direct();
         self.system = System::solved(
             &self.hierarchy,
@@ -262,49 +263,6 @@ impl<'a> Hierarchical<'a> {
             .collect();
         self.system.correct(&self.hierarchy, &self.links.links, found, self.problem.monitor);
         self.take_over_solution();
-    }
-
-    /// A bound of the rms of what surfaces could show of what they reflect, by all bounces, W/m².
-    ///
-    /// All that arrives was reflected by something, and no more arrives in square than was sent: the exchange is symmetric, and
-    /// no sum of form factors exceeds 1.
-    pub(crate) fn most_reflected(&self, display: &Display) -> f64 {
-        let squared = |rho: DVec3, h: DVec3| (rho * h).length_squared() / 3.0;
-        let mut sent = 0.0;
-        display.for_each_lit(Light::Direct, |face, places, values| {
-            let rho = DVec3::from_array(self.problem.world.material(face).reflectance_rgb);
-            let [a, b, c] = places;
-            // Barycentric coordinates span the triangle's share of its face.
-            let area = self.problem.world.faces[face.index()].area * a.dot(b.cross(c)).abs();
-            // A linear function's square, by the middles of the edges
-            let middles = [0, 1, 2].map(|k| 0.5 * (values[k] + values[(k + 1) % 3]));
-            sent += area / 3.0 * middles.into_iter().map(|h| squared(rho, h)).sum::<f64>();
-        });
-        for (node, direct) in self.hierarchy.nodes.iter().zip(&self.direct).filter(|(node, _)| node.is_leaf())
-        {
-            let Some(surface) = self.hierarchy.surface(node).filter(|s| !self.is_displayed(s)) else {
-                continue;
-            };
-            sent += node.area * squared(surface.reflectance, direct.most.max(direct.mean).max(DVec3::ZERO));
-        }
-        let most = self.hierarchy.nodes.iter().filter_map(|node| self.hierarchy.surface(node));
-        let rho = most.map(|surface| surface.reflectance.max_element()).fold(0.0, f64::max);
-        self.brightest_shown() * sent.sqrt() / (1.0 - rho) / baked_area(self.problem.world).sqrt()
-    }
-
-    /// The largest share of arriving light that is shown anywhere, of any channel.
-    fn brightest_shown(&self) -> f64 {
-        if self.problem.settings.quantity == Quantity::Irradiance {
-            return 1.0;
-        }
-        let receives = (0..self.problem.world.faces.len())
-            .map(FaceId::new)
-            .filter(|&face| self.problem.world.receives(face));
-        receives
-            .map(|face| {
-                DVec3::from_array(self.problem.world.shown_material(face).reflectance_rgb).max_element()
-            })
-            .fold(0.0, f64::max)
     }
 
     /// Whether the display mesh knows the emitters' light on a side of a surface.

@@ -110,7 +110,8 @@ impl Hierarchy {
     /// Clusters both sides of the roots of a mesh, and divides surfaces until none is larger than a square of `size`
     /// metres.
     ///
-    /// `roots`: paired; surface k is the side k of these. `smallest`: area of an element from which on it is not divided any more, m².
+    /// `roots`: paired; surface k is the side k of these. `smallest`: area of an element from which on it is not divided any
+    /// more, m².
     pub(crate) fn new(world: &World, mesh: &Mesh, roots: &Sources, size: f64, smallest: f64) -> Self {
         let mut surfaces = Vec::new();
         let mut polygons = Vec::new();

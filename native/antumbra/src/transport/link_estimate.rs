@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 use crate::transport::form_factors::{FormFactors, Workspace};
 use crate::transport::gather::rms;
 use crate::transport::hierarchy::{Hierarchy, Node, NodeId, REPRESENTATIVES};
-use crate::transport::links::{Link, NodeLight, OF_VARIATION, to_divide};
+use crate::transport::links::{Link, NodeLight, OF_VARIATION, too_coarse};
 use crate::transport::quadrature::quadrature;
 use crate::visibility::{ConvexPolygon, Receiver, grey, unoccluded_form_factor};
 
@@ -197,7 +197,9 @@ impl Estimate<'_> {
             let exchange = nodes[0].area * nodes[1].area * total / counts[0] as f64;
             Link { ends: pair, exchange, varies, felt: OF_CLUSTERS }
         };
-        let divides = |link: &Link| to_divide(link, self.hierarchy, self.light, self.tolerance);
+        let divides = |link: &Link| {
+            too_coarse(link, self.hierarchy, self.light, self.tolerance).map(|coarse| coarse.end)
+        };
         // No ray helps where they err too much by their shape alone.
         let whole = self.hardly_matters(pair);
         if let Some(end) = divides(&link(&kernels, 0.0)).filter(|_| !whole) {

@@ -159,8 +159,10 @@ impl Links {
                     Outcome::Dark => self.dark.push(pair),
                     Outcome::Divide(end) => push_parts(pair, end, hierarchy, light, &mut pairs),
                     Outcome::Linked(link) => {
-                        match to_divide(&link, hierarchy, light, tolerance).filter(|_| !full) {
-                            Some(end) => push_parts(pair, end, hierarchy, light, &mut pairs),
+                        match too_coarse(&link, hierarchy, light, tolerance).filter(|_| !full) {
+                            Some(TooCoarse { end, .. }) => {
+                                push_parts(pair, end, hierarchy, light, &mut pairs);
+                            }
                             None => self.links.push(link),
                         }
                     }
@@ -178,21 +180,16 @@ impl Links {
         wanted: Wanted,
     ) -> Vec<(Link, usize)> {
         let links = std::mem::take(&mut self.links);
-        let judged: Vec<Option<(f64, usize)>> = (links.par_iter())
-            .map(|link| {
-                let end = to_divide(link, hierarchy, light, wanted.per_link)?;
-                let [one, other] = errors(link, hierarchy, light);
-                Some((one.hypot(other), end))
-            })
-            .collect();
-        let mut all: Vec<f64> = judged.iter().flatten().map(|(error, _)| *error).collect();
+        let judged: Vec<Option<TooCoarse>> =
+            links.par_iter().map(|link| too_coarse(link, hierarchy, light, wanted.per_link)).collect();
+        let mut all: Vec<f64> = judged.iter().flatten().map(|coarse| coarse.error).collect();
         let room = wanted.most.saturating_sub(links.len()) / (MOST_PARTS - 1);
         let fits = all.len() <= room;
         let least = if fits { 0.0 } else { *all.select_nth_unstable_by(room, |a, b| b.total_cmp(a)).1 };
         let mut coarse = Vec::with_capacity(all.len().min(room));
         for (link, judged) in links.into_iter().zip(judged) {
-            match judged.filter(|(error, _)| *error > least) {
-                Some((_, end)) => coarse.push((link, end)),
+            match judged.filter(|coarse| coarse.error > least) {
+                Some(TooCoarse { end, .. }) => coarse.push((link, end)),
                 None => self.links.push(link),
             }
         }
@@ -200,19 +197,29 @@ impl Links {
     }
 }
 
-/// The end of a link that errs most, if that is too much and it can be divided; otherwise the other one.
-pub(super) fn to_divide(
+/// A link that errs by more than is wanted.
+pub(super) struct TooCoarse {
+    /// W/m² times the root of the area where it is felt.
+    error: f64,
+    /// Which to divide: the one that errs most, if it can be; otherwise the other.
+    pub(super) end: usize,
+}
+
+/// By how much a link errs, if that is too much and one of its ends can be divided.
+pub(super) fn too_coarse(
     link: &Link,
     hierarchy: &Hierarchy,
     light: &NodeLight,
     tolerance: f64,
-) -> Option<usize> {
+) -> Option<TooCoarse> {
     let errors = errors(link, hierarchy, light);
-    if errors[0].hypot(errors[1]) <= tolerance {
+    let error = errors[0].hypot(errors[1]);
+    if error <= tolerance {
         return None;
     }
     let first = usize::from(errors[1] > errors[0]);
-    [first, 1 - first].into_iter().find(|&end| hierarchy.is_divisible(link.ends[end]))
+    let end = [first, 1 - first].into_iter().find(|&end| hierarchy.is_divisible(link.ends[end]))?;
+    Some(TooCoarse { error, end })
 }
 
 /// What comes of taking one value for all of an end, for each end: the rms error of irradiance times the root of the
